@@ -1,0 +1,143 @@
+//! How a message goes over a wire.
+//!
+//! ```text
+//! frame    = COBS( sequence | message | crc ) 00
+//! sequence   u16, little endian: counts every frame of one direction, wraps
+//! message    postcard form of HostMessage or RobotMessage
+//! crc        CRC-32/ISO-HDLC of sequence and message, little endian
+//! ```
+//!
+//! COBS leaves no zero byte in a frame, so a zero byte always ends one: after garbage the decoder is in step again with
+//! the first zero byte, and loses at most the frame that the garbage touched. A leading zero byte, sent by whoever has
+//! just opened a line, ends the garbage before it; empty frames are skipped.
+
+use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use heapless::Vec;
+use postcard::ser_flavors::{Cobs, Slice, crc::CrcModifier};
+use serde::{Serialize, de::DeserializeOwned};
+
+/// No frame is longer than this, delimiter included; a longer one is garbage.
+pub const MAX_FRAME: usize = 128;
+
+static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+
+/// Bytes of sequence number and checksum around the message.
+const SEQUENCE_BYTES: usize = 2;
+const CRC_BYTES: usize = 4;
+
+/// What was wrong with the bytes between two delimiters. The decoder has dropped them and is in step again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameError {
+    /// More than [`MAX_FRAME`] bytes without a delimiter: not our protocol, or a lost delimiter.
+    TooLong,
+    /// Not a COBS code, or too short for a frame: bytes were lost or changed.
+    Broken,
+    /// The checksum does not match: bytes were changed.
+    Checksum,
+    /// The checksum matches, but no message of this version has this form: the other side is another build.
+    UnknownMessage,
+}
+
+impl core::fmt::Display for FrameError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            FrameError::TooLong => "no end of frame: not the barrel's protocol, or the wrong baud rate",
+            FrameError::Broken => "bytes lost within a frame",
+            FrameError::Checksum => "bytes changed within a frame",
+            FrameError::UnknownMessage => "a message this build does not know: update host and firmware to one version",
+        })
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// Writes one frame into `buffer` and returns the part used, or `None` if it does not fit
+/// (never with a buffer of [`MAX_FRAME`] and the messages of this crate).
+pub fn encode<'b, M: Serialize>(sequence: u16, message: &M, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
+    let cobs = Cobs::try_new(Slice::new(buffer)).ok()?;
+    let flavor = CrcModifier::new(cobs, CRC.digest());
+    let used = postcard::serialize_with_flavor(&(sequence.to_le_bytes(), message), flavor).ok()?;
+    Some(used)
+}
+
+/// Numbers the frames of one direction.
+#[derive(Clone, Debug, Default)]
+pub struct Sequence(u16);
+
+impl Sequence {
+    /// The number of the next frame.
+    pub fn next(&mut self) -> u16 {
+        let number = self.0;
+        self.0 = self.0.wrapping_add(1);
+        number
+    }
+}
+
+/// Counts the frames that did not arrive, from the gaps in their numbers.
+#[derive(Clone, Debug, Default)]
+pub struct GapCounter {
+    expected: Option<u16>,
+    lost: u32,
+}
+
+impl GapCounter {
+    /// Notes an arrived frame and returns how many were lost just before it.
+    pub fn arrived(&mut self, sequence: u16) -> u16 {
+        let gap = self.expected.map_or(0, |expected| sequence.wrapping_sub(expected));
+        self.expected = Some(sequence.wrapping_add(1));
+        self.lost = self.lost.saturating_add(u32::from(gap));
+        gap
+    }
+
+    /// Frames lost so far.
+    pub fn lost(&self) -> u32 {
+        self.lost
+    }
+}
+
+/// Cuts a stream of bytes into messages.
+#[derive(Clone, Debug, Default)]
+pub struct Decoder {
+    buffer: Vec<u8, MAX_FRAME>,
+    overflowed: bool,
+}
+
+impl Decoder {
+    /// A decoder that waits for its first frame.
+    pub const fn new() -> Self {
+        Decoder { buffer: Vec::new(), overflowed: false }
+    }
+
+    /// Takes one byte; at the end of a frame returns its sequence number and message, or what was wrong with it.
+    pub fn push<M: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u16, M), FrameError>> {
+        if byte != 0 {
+            self.overflowed |= self.buffer.push(byte).is_err();
+            return None;
+        }
+        let result = if self.overflowed {
+            Err(FrameError::TooLong)
+        } else if self.buffer.is_empty() {
+            return None;
+        } else {
+            open(&mut self.buffer)
+        };
+        self.buffer.clear();
+        self.overflowed = false;
+        Some(result)
+    }
+}
+
+/// Undoes COBS in place, checks the checksum and reads the message.
+fn open<M: DeserializeOwned>(frame: &mut [u8]) -> Result<(u16, M), FrameError> {
+    let length = cobs::decode_in_place(frame).map_err(|_| FrameError::Broken)?;
+    let frame = frame.get(..length).ok_or(FrameError::Broken)?;
+    let (body, crc) = frame.split_last_chunk::<CRC_BYTES>().ok_or(FrameError::Broken)?;
+    let (sequence, message) = body.split_first_chunk::<SEQUENCE_BYTES>().ok_or(FrameError::Broken)?;
+    if CRC.checksum(body) != u32::from_le_bytes(*crc) {
+        return Err(FrameError::Checksum);
+    }
+    match postcard::take_from_bytes(message) {
+        Ok((message, [])) => Ok((u16::from_le_bytes(*sequence), message)),
+        _ => Err(FrameError::UnknownMessage),
+    }
+}

@@ -1,0 +1,191 @@
+//! Every message between host and robot.
+//!
+//! The first variant of each direction is `Hello` and keeps its shape for ever: two builds of different versions can
+//! still tell each other so. Numbers are `f32`, the robot's own precision; a fixed-point robot rounds what it receives
+//! and reports what it holds.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// From the host to the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum HostMessage {
+    /// Asks the robot who it is; answered by [`RobotMessage::Hello`].
+    Hello {
+        /// [`crate::VERSION`] of the host.
+        version: u16,
+        /// [`crate::SCHEMA`] of the host.
+        schema: u64,
+    },
+    /// Lets the brain move the weights. Refused in Fault.
+    Arm,
+    /// Holds the outputs at zero. Always taken; does not clear a fault.
+    Disarm,
+    /// Faults at once, with zero outputs, until [`HostMessage::ClearFault`].
+    EmergencyStop,
+    /// Leaves Fault for Disarmed.
+    ClearFault,
+    /// Starts the brain afresh from its parameters, at tick 0, and seeds the stimulus.
+    Restart {
+        /// Seed of the stimulus' noise.
+        seed: u64,
+    },
+    /// Takes the sensors from the host's frames (true) or from the robot's own hardware (false). Only while Disarmed.
+    SimulatedSensors(bool),
+    /// Sets one parameter; answered by [`RobotMessage::Parameter`].
+    SetParameter {
+        /// Index in [`crate::parameter::TABLE`].
+        index: u8,
+        /// The new value.
+        value: f32,
+    },
+    /// Asks for one parameter; answered by [`RobotMessage::Parameter`].
+    GetParameter {
+        /// Index in [`crate::parameter::TABLE`].
+        index: u8,
+    },
+    /// Simulated sensors of a body that measures its inclination directly and servoes its weights itself: one control
+    /// step. Answered by [`RobotMessage::Telemetry`], whose `y` is the command.
+    Inclination {
+        /// Vertical components of the two sliding axes, in −1…1 plus noise.
+        x: [f32; 2],
+    },
+    /// Simulated sensors of a body with an IMU and encoders: one servo tick. Answered by
+    /// [`RobotMessage::Actuators`] and, when the brain ran, by [`RobotMessage::Telemetry`] before it.
+    Transducers(Transducers),
+}
+
+/// What the chips of a robot read in one servo tick, as their registers have it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Transducers {
+    /// Specific force along the body axes (slider 1, cylinder, slider 2), 8192 LSB/g.
+    pub accelerometer: [i16; 3],
+    /// Angular velocity about the same axes, 16.4 LSB/(°/s).
+    pub gyroscope: [i16; 3],
+    /// Encoder counts of the two axes, zero in the middle.
+    pub encoder: [i32; 2],
+}
+
+/// From the robot to the host.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum RobotMessage {
+    /// Who the robot is.
+    Hello {
+        /// [`crate::VERSION`] of the robot.
+        version: u16,
+        /// [`crate::SCHEMA`] of the robot.
+        schema: u64,
+        /// Version of the firmware: major, minor, patch.
+        firmware: [u8; 3],
+        /// Number format of the brain.
+        precision: Precision,
+        /// Safety state.
+        state: SafetyState,
+    },
+    /// Answer to a command that changes the safety state or restarts the brain.
+    State(SafetyState),
+    /// A parameter as the robot holds it, asked for or just set.
+    Parameter {
+        /// Index in [`crate::parameter::TABLE`].
+        index: u8,
+        /// Its value.
+        value: f32,
+    },
+    /// A command that was not carried out.
+    Refused(Refusal),
+    /// The brain after one control step.
+    Telemetry(Telemetry),
+    /// The outputs after one servo tick, for a simulated power stage.
+    Actuators {
+        /// Duty of the two axes, −1…1.
+        duty: [f32; 2],
+    },
+}
+
+/// The whole brain after one control step: sensors read, acted, learned. The prediction error `E = ξᵀξ` follows from
+/// `xi` and is not sent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Telemetry {
+    /// Control steps since the start; the step of this telemetry is the 0th, 1st, …
+    pub tick: u32,
+    /// Safety state after the step.
+    pub state: SafetyState,
+    /// Inclinations.
+    pub x: [f32; 2],
+    /// Motor values, −1…1; what the brain wants, also while Disarmed.
+    pub y: [f32; 2],
+    /// Controller matrix, row by row: C11 C12 C21 C22.
+    pub c: [f32; 4],
+    /// Controller bias.
+    pub h: [f32; 2],
+    /// Model matrix, row by row.
+    pub a: [f32; 4],
+    /// Model bias.
+    pub b: [f32; 2],
+    /// Prediction error ξ.
+    pub xi: [f32; 2],
+    /// Time loop error vᵀv.
+    pub time_loop_error: f32,
+}
+
+/// Number format of a brain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Precision {
+    /// Double precision, on a host only.
+    F64,
+    /// Single precision.
+    F32,
+    /// Fixed point with 16 fraction bits.
+    Fixed,
+}
+
+/// Safety state of the robot. Outputs are zero unless Armed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum SafetyState {
+    /// Outputs zero, ready to be armed.
+    Disarmed,
+    /// The brain moves the weights.
+    Armed,
+    /// Outputs zero until the fault is cleared.
+    Fault(FaultCode),
+}
+
+/// Why the robot is in Fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum FaultCode {
+    /// A sensor has not been read for too long.
+    StaleSensor,
+    /// A sensor reads what no barrel can do.
+    ImpossibleSensor,
+    /// An axis is driven but does not follow.
+    StalledAxis,
+    /// NaN or infinity in the brain.
+    NonFinite,
+    /// A tick did not finish in time.
+    MissedDeadline,
+    /// The button, or the host, said stop.
+    EmergencyStop,
+    /// The firmware panicked before its last reset.
+    Panic,
+    /// The watchdog reset the firmware.
+    Watchdog,
+    /// The supply sagged.
+    BrownOut,
+}
+
+/// Why a command was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Refusal {
+    /// Arm in Fault: clear the fault first.
+    InFault,
+    /// The sensors' source changes only while Disarmed.
+    NotDisarmed,
+    /// Simulated sensors sent to a robot that uses its own: send `SimulatedSensors(true)` first.
+    OwnSensors,
+    /// No parameter has this index.
+    UnknownParameter,
+    /// The parameter is the simulator's, not the robot's.
+    NotTheRobots,
+    /// The value is NaN, infinite, out of range or not whole.
+    BadValue,
+}

@@ -1,0 +1,237 @@
+//! The one table of parameters: what the console, the command line, the wire and the recorder know about each of them.
+//!
+//! A parameter is known by its [`Id`], which is also its index on the wire. [`TABLE`] holds its name, unit, range,
+//! default and help; [`Values`] holds one number for each.
+
+/// Who acts on a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// The brain: learning rule, rates, precautions, and the matrices themselves.
+    Brain,
+    /// The stimulus that drives the motors in the open loop.
+    Stimulus,
+    /// The position servo of the two weights: the robot's on a real body, the body's own on `chapter`.
+    Servo,
+    /// The simulated barrel and the ground it lies on.
+    Plant,
+    /// The simulated inclination sensors.
+    Sensor,
+}
+
+impl Scope {
+    /// Whether the robot holds this parameter (and not only the simulator around it).
+    pub const fn is_robot(self) -> bool {
+        matches!(self, Scope::Brain | Scope::Stimulus | Scope::Servo)
+    }
+}
+
+/// Which numbers a parameter takes, within its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Any number.
+    Real,
+    /// Whole numbers only.
+    Whole,
+}
+
+/// One row of [`TABLE`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// The name, as typed in the console and on the command line. Case matters.
+    pub name: &'static str,
+    /// The unit, empty for a pure number.
+    pub unit: &'static str,
+    /// Smallest value allowed.
+    pub min: f64,
+    /// Largest value allowed.
+    pub max: f64,
+    /// Value of a `chapter` barrel under homeokinetic control, before an experiment's preset.
+    pub default: f64,
+    /// Real or whole.
+    pub kind: Kind,
+    /// Who acts on it.
+    pub scope: Scope,
+    /// What it does, in one sentence.
+    pub help: &'static str,
+}
+
+/// Why a value was not taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ValueError {
+    /// NaN or infinite.
+    NotFinite,
+    /// Outside the parameter's range.
+    OutOfRange,
+    /// The parameter takes whole numbers only.
+    NotWhole,
+}
+
+impl Parameter {
+    /// Accepts `value` if it is finite, within the range, and whole where it must be.
+    pub fn check(&self, value: f64) -> Result<(), ValueError> {
+        if !value.is_finite() {
+            Err(ValueError::NotFinite)
+        } else if value < self.min || value > self.max {
+            Err(ValueError::OutOfRange)
+        } else if self.kind == Kind::Whole && value != (value as i32) as f64 {
+            Err(ValueError::NotWhole)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+macro_rules! parameters {
+    ($($id:ident $name:literal [$unit:literal] $min:literal .. $max:literal, $default:literal, $kind:ident, $scope:ident, $help:literal;)*) => {
+        /// Every parameter; the discriminant is its index in [`TABLE`] and on the wire.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[repr(u8)]
+        pub enum Id { $(#[doc = $help] $id,)* }
+
+        /// Every parameter, in the order of [`Id`].
+        pub const TABLE: &[Parameter] = &[$(Parameter {
+            name: $name, unit: $unit, min: $min, max: $max, default: $default,
+            kind: Kind::$kind, scope: Scope::$scope, help: $help,
+        },)*];
+
+        impl Id {
+            /// Every parameter, in the order of the table.
+            pub const ALL: &'static [Id] = &[$(Id::$id,)*];
+        }
+    };
+}
+
+parameters! {
+    Rule "rule" [""] 0.0 .. 3.0, 3.0, Whole, Brain, "learning rule: 0 open loop, 1 fixed controller, 2 homeostatic (Eq. 9), 3 homeokinetic (Eq. 12)";
+    EpsA "epsA" ["1/step"] 0.0 .. 10.0, 0.1, Real, Brain, "learning rate of the self-model A, b (Eq. 7, 8); works under every rule";
+    EpsC "epsC" ["1/step"] 0.0 .. 10.0, 0.1, Real, Brain, "learning rate of the controller C, h (Eq. 9, 10, 12)";
+    LambdaA "lambdaA" ["1/step"] 0.0 .. 1.0, 0.003, Real, Brain, "decay of A per control step";
+    LambdaB "lambdaB" ["1/step"] 0.0 .. 1.0, 0.001, Real, Brain, "decay of b per control step";
+    LambdaC "lambdaC" ["1/step"] 0.0 .. 1.0, 0.0, Real, Brain, "decay of C per control step";
+    LambdaH "lambdaH" ["1/step"] 0.0 .. 1.0, 0.0, Real, Brain, "decay of h per control step";
+    ClipA "clipA" [""] 0.0 .. 1000.0, 0.1, Real, Brain, "largest change of an entry of A or b in one step (0 = none)";
+    ClipC "clipC" [""] 0.0 .. 1000.0, 0.05, Real, Brain, "largest change of an entry of C in one step (0 = none)";
+    ClipH "clipH" [""] 0.0 .. 1000.0, 0.1, Real, Brain, "largest change of an entry of h in one step (0 = none)";
+    ClipZeta "clipZeta" [""] 0.0 .. 1000.0, 1.0, Real, Brain, "largest |zeta|, the error seen from the membrane potential, in Eq. 11 (0 = none)";
+    ClipV "clipV" [""] 0.0 .. 1000.0, 1.0, Real, Brain, "largest |v|, the reconstructed sensor error, in Eq. 11 (0 = none)";
+    Ridge "ridge" [""] 0.0 .. 1.0, 1e-8, Real, Brain, "added to the diagonal of C C' before it is inverted in Eq. 11";
+    GainFloor "gainFloor" [""] 0.0 .. 1.0, 1e-12, Real, Brain, "smallest slope g' of the neuron that zeta is divided by in Eq. 11";
+    PivotFloor "pivotFloor" [""] 0.0 .. 1.0, 1e-12, Real, Brain, "smallest pivot, in magnitude, when A or C C' is inverted in Eq. 11";
+    C11 "C11" [""] -100.0 .. 100.0, 1.0, Real, Brain, "controller: weight from x1 to motor 1";
+    C12 "C12" [""] -100.0 .. 100.0, 0.0, Real, Brain, "controller: weight from x2 to motor 1";
+    C21 "C21" [""] -100.0 .. 100.0, 0.0, Real, Brain, "controller: weight from x1 to motor 2";
+    C22 "C22" [""] -100.0 .. 100.0, 1.0, Real, Brain, "controller: weight from x2 to motor 2";
+    H1 "h1" [""] -100.0 .. 100.0, 0.0, Real, Brain, "controller: bias of motor 1";
+    H2 "h2" [""] -100.0 .. 100.0, 0.0, Real, Brain, "controller: bias of motor 2";
+    A11 "A11" [""] -100.0 .. 100.0, 1.0, Real, Brain, "self-model: effect of motor 1 on x1";
+    A12 "A12" [""] -100.0 .. 100.0, 0.0, Real, Brain, "self-model: effect of motor 2 on x1";
+    A21 "A21" [""] -100.0 .. 100.0, 0.0, Real, Brain, "self-model: effect of motor 1 on x2";
+    A22 "A22" [""] -100.0 .. 100.0, 1.0, Real, Brain, "self-model: effect of motor 2 on x2";
+    B1 "b1" [""] -100.0 .. 100.0, 0.0, Real, Brain, "self-model: bias of x1";
+    B2 "b2" [""] -100.0 .. 100.0, 0.0, Real, Brain, "self-model: bias of x2";
+    Coupling1 "coupling1" [""] -100.0 .. 100.0, 1.0, Real, Brain, "c1 of C = [[c1, c2], [-c2, c1]]: setting it sets C11 and C22";
+    Coupling2 "coupling2" [""] -100.0 .. 100.0, 0.0, Real, Brain, "c2 of C = [[c1, c2], [-c2, c1]]: setting it sets C12 and C21 = -c2";
+    Period "period" ["steps"] 2.0 .. 30000.0, 200.0, Real, Stimulus, "period of the sine drive, in control steps of 20 ms";
+    Phaseshift "phaseshift" ["pi/2"] -4.0 .. 4.0, 1.0, Real, Stimulus, "phase of motor 2 ahead of motor 1, in quarter periods";
+    Amplitude "amplitude" [""] 0.0 .. 1.0, 1.0, Real, Stimulus, "amplitude of the sine drive";
+    Noise "noise" [""] 0.0 .. 10.0, 0.0, Real, Stimulus, "standard deviation of the coloured noise added to the drive";
+    Color "color" ["steps"] 0.0 .. 30000.0, 10.0, Real, Stimulus, "correlation time of that noise, in control steps (0 = white)";
+    Range "range" ["m"] 0.001 .. 10.0, 0.3, Real, Servo, "weight position commanded by a motor value of 1";
+    Kp "KP" ["N/m"] 0.0 .. 10000.0, 200.0, Real, Servo, "servo: force per metre of position error";
+    Ki "KI" ["1/s"] 0.0 .. 1000.0, 0.5, Real, Servo, "servo: rate of the error's integral, relative to KP";
+    Kd "KD" ["s"] 0.0 .. 10.0, 0.1, Real, Servo, "servo: derivative time, relative to KP";
+    DerivativeOnMeasurement "derivativeOnMeasurement" [""] 0.0 .. 1.0, 0.0, Whole, Servo, "servo: 1 takes the derivative of the position, 0 of the error, set-point steps included";
+    MaxForce "maxForce" ["N"] 0.0 .. 10000.0, 200.0, Real, Servo, "servo: largest force on a weight";
+    Radius "radius" ["m"] 0.01 .. 10.0, 0.5, Real, Plant, "radius of the cylinder";
+    Length "length" ["m"] 0.01 .. 10.0, 1.0, Real, Plant, "length of the cylinder";
+    ShellMass "shellMass" ["kg"] 0.01 .. 1000.0, 1.0, Real, Plant, "mass of the cylinder without its weights";
+    WeightMass "weightMass" ["kg"] 0.001 .. 1000.0, 1.0, Real, Plant, "mass of each sliding weight";
+    AxesShift "axesShift" ["m"] 0.0 .. 10.0, 0.0, Real, Plant, "distance of the two sliding axes along the cylinder axis";
+    Friction "friction" ["N m s"] 0.0 .. 100.0, 0.1, Real, Plant, "viscous rolling friction: torque against the rotation, per rad/s";
+    RollingResistance "rollingResistance" ["N m"] 0.0 .. 100.0, 0.0, Real, Plant, "Coulomb rolling resistance: torque that must be overcome to roll";
+    Mu "mu" [""] 0.0 .. 10.0, 0.64, Real, Plant, "coefficient of friction between rim and ground";
+    Gravity "gravity" ["m/s2"] 0.0 .. 100.0, 9.81, Real, Plant, "acceleration of gravity";
+    Phi0 "phi0" ["rad"] -1000.0 .. 1000.0, 0.7853981633974483, Real, Plant, "rotation about the cylinder axis at the start; pi/4 is the rest pose of C = I";
+    Omega0 "omega0" ["rad/s"] -100.0 .. 100.0, 0.0, Real, Plant, "angular velocity about the cylinder axis at the start";
+    Tilt0 "tilt0" ["rad"] 0.0 .. 1.5707963267948966, 0.0, Real, Plant, "tilt of the cylinder axis from the horizontal at the start; pi/2 is upright";
+    SensorNoise "sensorNoise" [""] 0.0 .. 10.0, 0.1, Real, Sensor, "strength s of the inclination noise n <- n + sqrt(tau) U(-1,1) s - tau n per control step";
+    SensorNoiseTau "sensorNoiseTau" [""] 0.001 .. 1.0, 0.05, Real, Sensor, "tau of the inclination noise: 0.05 coloured as in the original, 1 white";
+}
+
+/// How many parameters there are.
+pub const COUNT: usize = TABLE.len();
+
+impl Id {
+    /// The parameter with this index on the wire.
+    pub fn from_index(index: u8) -> Option<Id> {
+        Id::ALL.get(usize::from(index)).copied()
+    }
+
+    /// The parameter with this name; case matters.
+    pub fn from_name(name: &str) -> Option<Id> {
+        Id::ALL.iter().copied().find(|id| id.parameter().name == name)
+    }
+
+    /// Index in the table and on the wire.
+    pub const fn index(self) -> u8 {
+        self as u8
+    }
+
+    /// The parameter's row in the table.
+    pub const fn parameter(self) -> &'static Parameter {
+        &TABLE[self as usize]
+    }
+
+    /// The parameter's name.
+    pub const fn name(self) -> &'static str {
+        self.parameter().name
+    }
+}
+
+/// One number for every parameter; `f64` on the host, the brain's own scalar in the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Values<T>([T; COUNT]);
+
+impl<T: Copy> Values<T> {
+    /// The defaults of the table, through `convert`.
+    pub fn defaults(convert: impl Fn(f64) -> T) -> Self {
+        Values(core::array::from_fn(|i| convert(TABLE[i].default)))
+    }
+
+    /// The value of one parameter.
+    pub fn get(&self, id: Id) -> T {
+        self.0[id as usize]
+    }
+
+    /// Replaces the value of one parameter. The caller has checked it.
+    pub fn set(&mut self, id: Id, value: T) {
+        self.0[id as usize] = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_consistent() {
+        for (i, id) in Id::ALL.iter().enumerate() {
+            let p = id.parameter();
+            assert_eq!(usize::from(id.index()), i);
+            assert_eq!(Id::from_index(id.index()), Some(*id));
+            assert_eq!(Id::from_name(p.name), Some(*id), "{} is not unique", p.name);
+            assert_eq!(p.check(p.default), Ok(()), "default of {}", p.name);
+            assert!(p.min < p.max && !p.help.is_empty(), "{}", p.name);
+        }
+        assert_eq!(Id::from_index(COUNT as u8), None);
+    }
+
+    #[test]
+    fn values_outside_the_range_are_refused() {
+        let rule = Id::Rule.parameter();
+        assert_eq!(rule.check(1.5), Err(ValueError::NotWhole));
+        assert_eq!(rule.check(4.0), Err(ValueError::OutOfRange));
+        assert_eq!(rule.check(f64::NAN), Err(ValueError::NotFinite));
+        assert_eq!(rule.check(f64::NEG_INFINITY), Err(ValueError::NotFinite));
+    }
+}

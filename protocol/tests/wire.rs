@@ -1,0 +1,164 @@
+//! The wire: every message survives it, and no garbage does.
+
+use proptest::prelude::*;
+use protocol::frame::{GapCounter, MAX_FRAME};
+use protocol::message::*;
+use protocol::{Decoder, FrameError, HostMessage, RobotMessage, SCHEMA, VERSION, encode};
+
+fn telemetry(seed: f32) -> Telemetry {
+    Telemetry {
+        tick: u32::MAX,
+        state: SafetyState::Fault(FaultCode::BrownOut),
+        x: [seed; 2],
+        y: [-seed; 2],
+        c: [seed * 3.0; 4],
+        h: [0.0; 2],
+        a: [f32::MIN_POSITIVE; 4],
+        b: [f32::MAX; 2],
+        xi: [seed; 2],
+        time_loop_error: seed,
+    }
+}
+
+fn host_messages() -> Vec<HostMessage> {
+    vec![
+        HostMessage::Hello { version: VERSION, schema: SCHEMA },
+        HostMessage::Arm,
+        HostMessage::Disarm,
+        HostMessage::EmergencyStop,
+        HostMessage::ClearFault,
+        HostMessage::Restart { seed: u64::MAX },
+        HostMessage::SimulatedSensors(true),
+        HostMessage::SetParameter { index: 255, value: -0.0 },
+        HostMessage::GetParameter { index: 3 },
+        HostMessage::Inclination { x: [0.5, -1.0] },
+        HostMessage::Transducers(Transducers {
+            accelerometer: [i16::MIN, 0, i16::MAX],
+            gyroscope: [-1, 0, 1],
+            encoder: [i32::MIN, i32::MAX],
+        }),
+    ]
+}
+
+fn robot_messages() -> Vec<RobotMessage> {
+    vec![
+        RobotMessage::Hello {
+            version: VERSION,
+            schema: SCHEMA,
+            firmware: [255; 3],
+            precision: Precision::Fixed,
+            state: SafetyState::Disarmed,
+        },
+        RobotMessage::State(SafetyState::Armed),
+        RobotMessage::Parameter { index: 0, value: 1e-30 },
+        RobotMessage::Refused(Refusal::BadValue),
+        RobotMessage::Telemetry(telemetry(0.1)),
+        RobotMessage::Actuators { duty: [1.0, -1.0] },
+    ]
+}
+
+fn decode_all<M: serde::de::DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u16, M), FrameError>> {
+    let mut decoder = Decoder::new();
+    bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
+}
+
+#[test]
+fn every_message_arrives_as_it_was_sent() {
+    let mut buffer = [0; MAX_FRAME];
+    for (i, message) in host_messages().iter().enumerate() {
+        let bytes = encode(i as u16, message, &mut buffer).expect("fits");
+        assert_eq!(decode_all::<HostMessage>(bytes), [Ok((i as u16, *message))]);
+    }
+    for (i, message) in robot_messages().iter().enumerate() {
+        let bytes = encode(65535 - i as u16, message, &mut buffer).expect("fits");
+        assert_eq!(decode_all::<RobotMessage>(bytes), [Ok((65535 - i as u16, *message))]);
+    }
+}
+
+#[test]
+fn full_state_at_50_hz_leaves_a_fifth_of_a_57600_baud_radio_free() {
+    // 8N1 takes ten bits a byte.
+    let budget = 57_600.0 / 10.0 / 50.0 * 0.8;
+    let mut buffer = [0; MAX_FRAME];
+    // Eleven hours after the start, and the longest state.
+    let message = RobotMessage::Telemetry(Telemetry { tick: 2_000_000, ..telemetry(0.1) });
+    let bytes = encode(u16::MAX, &message, &mut buffer).expect("fits").len();
+    assert!(bytes as f64 <= budget, "{bytes} bytes a step, {budget} allowed");
+}
+
+#[test]
+fn a_changed_bit_is_never_taken_for_a_message() {
+    let mut buffer = [0; MAX_FRAME];
+    let bytes = encode(7, &RobotMessage::Telemetry(telemetry(0.3)), &mut buffer).expect("fits").to_vec();
+    for position in 0..bytes.len() {
+        for bit in 0..8 {
+            let mut broken = bytes.clone();
+            broken[position] ^= 1 << bit;
+            broken.push(0);
+            let accepted = decode_all::<RobotMessage>(&broken).into_iter().flatten().count();
+            assert_eq!(accepted, 0, "byte {position} bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn a_lost_byte_costs_one_frame() {
+    let mut buffer = [0; MAX_FRAME];
+    let frames: Vec<Vec<u8>> = (0..3)
+        .map(|i| encode(i, &HostMessage::Inclination { x: [i as f32, 0.5] }, &mut buffer).expect("fits").to_vec())
+        .collect();
+    for lost in 0..frames[1].len() {
+        let mut stream = frames[0].clone();
+        stream.extend(frames[1].iter().enumerate().filter(|(i, _)| *i != lost).map(|(_, b)| *b));
+        stream.extend(&frames[2]);
+        let arrived: Vec<u16> = decode_all::<HostMessage>(&stream).into_iter().flatten().map(|(n, _)| n).collect();
+        // Without its delimiter the second frame takes the third with it.
+        let expected: &[u16] = if lost == frames[1].len() - 1 { &[0] } else { &[0, 2] };
+        assert_eq!(arrived, expected, "byte {lost} lost");
+    }
+}
+
+#[test]
+fn a_message_of_another_build_is_named_as_such() {
+    let mut buffer = [0; MAX_FRAME];
+    let bytes = encode(0, &200_u8, &mut buffer).expect("fits");
+    assert_eq!(decode_all::<HostMessage>(bytes), [Err(FrameError::UnknownMessage)]);
+    // A known message with something behind it is not ours either.
+    let bytes = encode(0, &(HostMessage::Arm, 1_u8), &mut buffer).expect("fits");
+    assert_eq!(decode_all::<HostMessage>(bytes), [Err(FrameError::UnknownMessage)]);
+}
+
+#[test]
+fn a_flood_without_delimiters_is_one_error() {
+    let mut stream = vec![0x55; 10_000];
+    stream.push(0);
+    assert_eq!(decode_all::<HostMessage>(&stream), [Err(FrameError::TooLong)]);
+}
+
+#[test]
+fn gaps_are_counted_across_the_wrap() {
+    let mut gaps = GapCounter::default();
+    assert_eq!([65534, 65535, 2, 3].map(|n| gaps.arrived(n)), [0, 0, 2, 0]);
+    assert_eq!(gaps.lost(), 2);
+}
+
+proptest! {
+    #[test]
+    fn the_decoder_is_in_step_one_frame_after_any_garbage(
+        garbage in prop::collection::vec(any::<u8>(), 0..400),
+        x in any::<[f32; 2]>().prop_filter("NaN differs from itself", |x| !x[0].is_nan() && !x[1].is_nan()),
+    ) {
+        let mut buffer = [0; MAX_FRAME];
+        let frame = encode(1, &HostMessage::Inclination { x }, &mut buffer).expect("fits").to_vec();
+        let mut stream = garbage;
+        stream.extend(&frame);
+        stream.extend(&frame);
+        let last = decode_all::<HostMessage>(&stream).pop();
+        prop_assert_eq!(last, Some(Ok((1, HostMessage::Inclination { x }))));
+    }
+
+    #[test]
+    fn random_bytes_are_never_a_message(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
+        prop_assert_eq!(decode_all::<RobotMessage>(&bytes).into_iter().flatten().count(), 0);
+    }
+}
