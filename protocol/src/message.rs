@@ -55,6 +55,31 @@ pub enum HostMessage {
     Transducers(Transducers),
 }
 
+impl HostMessage {
+    /// Whether `reply` is the last thing the robot says to this message. Every message gets exactly one such answer;
+    /// telemetry may come before it.
+    pub fn is_answered_by(&self, reply: &RobotMessage) -> bool {
+        match self {
+            HostMessage::Hello { .. } => matches!(reply, RobotMessage::Hello { .. }),
+            HostMessage::Arm
+            | HostMessage::Disarm
+            | HostMessage::EmergencyStop
+            | HostMessage::ClearFault
+            | HostMessage::Restart { .. }
+            | HostMessage::SimulatedSensors(_) => {
+                matches!(reply, RobotMessage::State(_) | RobotMessage::Refused(_))
+            }
+            HostMessage::SetParameter { .. } | HostMessage::GetParameter { .. } => {
+                matches!(reply, RobotMessage::Parameter { .. } | RobotMessage::Refused(_))
+            }
+            HostMessage::Inclination { .. } => {
+                matches!(reply, RobotMessage::Telemetry(_) | RobotMessage::Refused(_))
+            }
+            HostMessage::Transducers(_) => matches!(reply, RobotMessage::Actuators { .. } | RobotMessage::Refused(_)),
+        }
+    }
+}
+
 /// What the chips of a robot read in one servo tick, as their registers have it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Transducers {

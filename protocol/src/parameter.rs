@@ -137,20 +137,20 @@ parameters! {
     Noise "noise" [""] 0.0 .. 10.0, 0.0, Real, Stimulus, "standard deviation of the coloured noise added to the drive";
     Color "color" ["steps"] 0.0 .. 30000.0, 10.0, Real, Stimulus, "correlation time of that noise, in control steps (0 = white)";
     Range "range" ["m"] 0.001 .. 10.0, 0.3, Real, Servo, "weight position commanded by a motor value of 1";
-    Kp "KP" ["N/m"] 0.0 .. 10000.0, 200.0, Real, Servo, "servo: force per metre of position error";
-    Ki "KI" ["1/s"] 0.0 .. 1000.0, 0.5, Real, Servo, "servo: rate of the error's integral, relative to KP";
-    Kd "KD" ["s"] 0.0 .. 10.0, 0.1, Real, Servo, "servo: derivative time, relative to KP";
+    Kp "KP" ["N/m"] 0.0 .. 2000.0, 200.0, Real, Servo, "servo: force per metre of position error";
+    Ki "KI" ["1/s"] 0.0 .. 100.0, 0.5, Real, Servo, "servo: rate of the error's integral, relative to KP";
+    Kd "KD" ["s"] 0.0 .. 1.0, 0.1, Real, Servo, "servo: derivative time, relative to KP";
     DerivativeOnMeasurement "derivativeOnMeasurement" [""] 0.0 .. 1.0, 0.0, Whole, Servo, "servo: 1 takes the derivative of the position, 0 of the error, set-point steps included";
     MaxForce "maxForce" ["N"] 0.0 .. 10000.0, 200.0, Real, Servo, "servo: largest force on a weight";
     Radius "radius" ["m"] 0.01 .. 10.0, 0.5, Real, Plant, "radius of the cylinder";
     Length "length" ["m"] 0.01 .. 10.0, 1.0, Real, Plant, "length of the cylinder";
     ShellMass "shellMass" ["kg"] 0.01 .. 1000.0, 1.0, Real, Plant, "mass of the cylinder without its weights";
-    WeightMass "weightMass" ["kg"] 0.001 .. 1000.0, 1.0, Real, Plant, "mass of each sliding weight";
+    WeightMass "weightMass" ["kg"] 0.001 .. 100.0, 1.0, Real, Plant, "mass of each sliding weight";
     AxesShift "axesShift" ["m"] 0.0 .. 10.0, 0.0, Real, Plant, "distance of the two sliding axes along the cylinder axis";
     Friction "friction" ["N m s"] 0.0 .. 100.0, 0.1, Real, Plant, "viscous rolling friction: torque against the rotation, per rad/s";
     RollingResistance "rollingResistance" ["N m"] 0.0 .. 100.0, 0.0, Real, Plant, "Coulomb rolling resistance: torque that must be overcome to roll";
     Mu "mu" [""] 0.0 .. 10.0, 0.64, Real, Plant, "coefficient of friction between rim and ground";
-    Gravity "gravity" ["m/s2"] 0.0 .. 100.0, 9.81, Real, Plant, "acceleration of gravity";
+    Gravity "gravity" ["m/s2"] 0.01 .. 100.0, 9.81, Real, Plant, "acceleration of gravity";
     Phi0 "phi0" ["rad"] -1000.0 .. 1000.0, 0.7853981633974483, Real, Plant, "rotation about the cylinder axis at the start; pi/4 is the rest pose of C = I";
     Omega0 "omega0" ["rad/s"] -100.0 .. 100.0, 0.0, Real, Plant, "angular velocity about the cylinder axis at the start";
     Tilt0 "tilt0" ["rad"] 0.0 .. 1.5707963267948966, 0.0, Real, Plant, "tilt of the cylinder axis from the horizontal at the start; pi/2 is upright";
@@ -182,10 +182,29 @@ impl Id {
         &TABLE[self as usize]
     }
 
+    /// The entries of C that a coupling parameter stands for, each with the sign it takes: C = [[c1, c2], [−c2, c1]].
+    /// `None` for every other parameter.
+    pub const fn coupled(self) -> Option<[(Id, Sign); 2]> {
+        match self {
+            Id::Coupling1 => Some([(Id::C11, Sign::Same), (Id::C22, Sign::Same)]),
+            Id::Coupling2 => Some([(Id::C12, Sign::Same), (Id::C21, Sign::Opposite)]),
+            _ => None,
+        }
+    }
+
     /// The parameter's name.
     pub const fn name(self) -> &'static str {
         self.parameter().name
     }
+}
+
+/// Whether an entry takes a coupling's value or its opposite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// The value itself.
+    Same,
+    /// Its negative.
+    Opposite,
 }
 
 /// One number for every parameter; `f64` on the host, the brain's own scalar in the robot.

@@ -1,0 +1,23 @@
+//! All behaviour of the barrel's robot, portable: no hardware, no clock of its own, no allocation, no panic on input.
+//!
+//! [`robot`] is the one place where the parts meet; who has read it knows what the robot does:
+//!
+//! ```text
+//! chips ─► attitude ─► brain (Eq. 1–12) ─► servo (PID per weight) ─► safety ─► duties
+//! ```
+//!
+//! It is run by the microcontroller, by the same image on a virtual board, and by the simulator in process.
+#![no_std]
+
+pub mod attitude;
+pub mod axes;
+pub mod brain;
+pub mod port;
+pub mod robot;
+pub mod safety;
+pub mod scalar;
+pub mod servo;
+
+pub use port::Port;
+pub use robot::Robot;
+pub use scalar::Scalar;

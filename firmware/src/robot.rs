@@ -1,0 +1,425 @@
+//! The robot: the one place where attitude, brain, servo and safety meet, and the handler of every message.
+//!
+//! * [`Robot::control_step`], 50 times a second: inclinations in, act, learn, telemetry out.
+//! * [`Robot::servo_tick`], 1000 times a second: chips in, duties out; every 20th tick takes a control step first.
+//! * [`Robot::handle`]: a message of the host in, answers out.
+//!
+//! None of them waits, allocates or panics. Whatever goes wrong ends in Fault with zero outputs ([`crate::safety`]).
+
+use nalgebra::SVector;
+use protocol::message::{Refusal, SafetyState, Telemetry, Transducers};
+use protocol::parameter::{Scope, Sign};
+use protocol::{FaultCode, HostMessage, Id, RobotMessage, Values};
+
+use crate::axes::{Axes, SERVO_PARAMETERS};
+use crate::brain::{Brain, Controller, Drive, Model, Rule, Settings};
+use crate::safety::{Event, Faults, Health, Outputs, Safety};
+use crate::scalar::Scalar;
+
+/// Time between two control steps, s.
+pub const CONTROL_PERIOD: f64 = 0.02;
+/// Time between two servo ticks, s.
+pub const SERVO_PERIOD: f64 = 0.001;
+/// Servo ticks in a control step.
+pub const SERVO_TICKS: u8 = 20;
+
+/// What can go stale: inertial sensor and encoders.
+const SENSORS: usize = 2;
+/// Servo ticks that each may miss in a row.
+const STALE_AFTER: [u16; SENSORS] = [5, 0];
+
+/// Version of the firmware: major, minor, patch.
+pub const VERSION: [u8; 3] = [0, 1, 0];
+
+/// The barrel's robot, its brain in `S`.
+#[derive(Clone, Debug)]
+pub struct Robot<S: Scalar> {
+    /// Every parameter as it was set; where the brain has learned since, the brain knows better.
+    values: Values<S::Wide>,
+    brain: Brain<S, 2, 2>,
+    /// The last control step.
+    state: State<S>,
+    /// Control steps since the start.
+    tick: u32,
+    /// Servo ticks until the next control step.
+    until_control: u8,
+    axes: Axes,
+    safety: Safety<SENSORS>,
+    simulated_sensors: bool,
+}
+
+/// The brain after a control step, in its own number format.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<S> {
+    /// Inclinations.
+    pub x: [S; 2],
+    /// Motor values, −1…1.
+    pub y: [S; 2],
+    /// Controller matrix, row by row.
+    pub c: [S; 4],
+    /// Controller bias.
+    pub h: [S; 2],
+    /// Model matrix, row by row.
+    pub a: [S; 4],
+    /// Model bias.
+    pub b: [S; 2],
+    /// Prediction error ξ.
+    pub xi: [S; 2],
+    /// E = ξᵀξ.
+    pub error: S,
+    /// Time loop error vᵀv.
+    pub time_loop_error: S,
+}
+
+impl<S: Scalar> Default for Robot<S> {
+    /// Disarmed, every parameter at its default, using its own sensors.
+    fn default() -> Self {
+        let mut robot = Robot {
+            values: Values::defaults(S::Wide::from_f64),
+            brain: Brain::default(),
+            state: State {
+                x: [S::zero(); 2],
+                y: [S::zero(); 2],
+                c: [S::zero(); 4],
+                h: [S::zero(); 2],
+                a: [S::zero(); 4],
+                b: [S::zero(); 2],
+                xi: [S::zero(); 2],
+                error: S::zero(),
+                time_loop_error: S::zero(),
+            },
+            tick: 0,
+            until_control: 0,
+            axes: Axes::default(),
+            safety: Safety::new(STALE_AFTER, None),
+            simulated_sensors: false,
+        };
+        for (id, value) in SERVO_PARAMETERS {
+            robot.values.set(id, S::Wide::from_f64(value));
+        }
+        robot.apply_settings();
+        robot.apply_drive();
+        robot.apply_gains();
+        robot.restart(0);
+        robot
+    }
+}
+
+impl<S: Scalar> Robot<S> {
+    /// Handles one message of the host; every answer goes to `reply`, the last one being that of
+    /// [`HostMessage::is_answered_by`].
+    pub fn handle(&mut self, message: &HostMessage, reply: &mut impl FnMut(&RobotMessage)) {
+        let answer = match *message {
+            HostMessage::Hello { .. } => RobotMessage::Hello {
+                version: protocol::VERSION,
+                schema: protocol::SCHEMA,
+                firmware: VERSION,
+                precision: S::PRECISION,
+                state: self.safety.state(),
+            },
+            HostMessage::Arm => self.event(Event::Arm),
+            HostMessage::Disarm => self.event(Event::Disarm),
+            HostMessage::EmergencyStop => self.event(Event::EmergencyStop),
+            HostMessage::ClearFault => self.event(Event::ClearFault),
+            HostMessage::Restart { seed } => {
+                self.restart(seed);
+                RobotMessage::State(self.safety.state())
+            }
+            HostMessage::SimulatedSensors(simulated) => self.choose_sensors(simulated),
+            HostMessage::SetParameter { index, value } => {
+                self.answer_parameter(index, |robot, id| robot.set(id, f64::from(value)))
+            }
+            HostMessage::GetParameter { index } => self.answer_parameter(index, |_, _| Ok(())),
+            HostMessage::Inclination { .. } | HostMessage::Transducers(_) if !self.simulated_sensors => {
+                RobotMessage::Refused(Refusal::OwnSensors)
+            }
+            HostMessage::Inclination { x } => RobotMessage::Telemetry(self.control_step(x)),
+            HostMessage::Transducers(transducers) => {
+                let (outputs, telemetry) = self.servo_tick(&transducers);
+                if let Some(telemetry) = telemetry {
+                    reply(&RobotMessage::Telemetry(telemetry));
+                }
+                RobotMessage::Actuators { duty: outputs.duty() }
+            }
+        };
+        reply(&answer);
+    }
+
+    /// One servo tick, every [`SERVO_PERIOD`]: what the chips read in, the duty of both axes out (−1…1, zero unless Armed),
+    /// and telemetry when the brain took a step.
+    pub fn servo_tick(&mut self, transducers: &Transducers) -> (Outputs<2>, Option<Telemetry>) {
+        let mut faults = Faults::NONE;
+        if let Err(code) = self.axes.sense(transducers) {
+            faults = faults.with(code);
+        }
+        let mut telemetry = None;
+        if self.until_control == 0 {
+            self.until_control = SERVO_TICKS;
+            telemetry = Some(self.control_step(self.axes.inclination()));
+        }
+        self.until_control -= 1;
+        let mut duty = [0.0; 2];
+        if self.safety.state() == SafetyState::Armed {
+            match self.axes.servo(self.state.y.map(S::to_f32)) {
+                Ok(wanted) => duty = wanted,
+                Err(code) => faults = faults.with(code),
+            }
+        } else {
+            self.axes.rest();
+        }
+        let outputs = match self.safety.tick(&Health { fresh: [true; SENSORS], faults }) {
+            Some(armed) => armed.drive(duty),
+            None => Outputs::ZERO,
+        };
+        (outputs, telemetry)
+    }
+
+    /// One control step, every [`CONTROL_PERIOD`]: act on the inclinations, then learn.
+    pub fn control_step(&mut self, x: [f32; 2]) -> Telemetry {
+        if x.iter().all(|x| x.is_finite()) {
+            self.think(x.map(S::from_f32));
+        } else {
+            self.state.y = [S::zero(); 2];
+            self.fault(FaultCode::ImpossibleSensor);
+        }
+        self.telemetry()
+    }
+
+    /// As [`Robot::control_step`], in the brain's own number format; the result is [`Robot::state`].
+    pub fn think(&mut self, x: [S; 2]) {
+        if self.safety.state() != SafetyState::Armed {
+            // What follows is not the consequence of these motor values: nothing is to be learned from it.
+            self.brain.forget();
+        }
+        self.state.x = x;
+        match self.brain.step(&SVector::from(x)) {
+            Ok(step) => {
+                self.state.y = step.y.into();
+                self.state.xi = step.xi.into();
+                self.state.error = step.error;
+                self.state.time_loop_error = step.time_loop_error;
+                self.note_matrices();
+            }
+            Err(_) => {
+                self.state.y = [S::zero(); 2];
+                self.fault(FaultCode::NonFinite);
+            }
+        }
+        self.tick = self.tick.wrapping_add(1);
+    }
+
+    /// Reports a fault that was found outside: a missed deadline, a button, the supply.
+    pub fn fault(&mut self, code: FaultCode) {
+        self.event(Event::Fault(code));
+    }
+
+    /// The brain after the last control step.
+    pub fn state(&self) -> &State<S> {
+        &self.state
+    }
+
+    /// Safety state.
+    pub fn safety_state(&self) -> SafetyState {
+        self.safety.state()
+    }
+
+    /// The value of a parameter now: of the matrices, what the brain has learned.
+    pub fn get(&self, id: Id) -> f64 {
+        let [c11, c12, c21, c22] = rows(&self.brain.controller().c);
+        let [a11, a12, a21, a22] = rows(&self.brain.model().a);
+        let (h, b) = (self.brain.controller().h, self.brain.model().b);
+        let half = S::from_f64(0.5);
+        match id {
+            Id::C11 => c11,
+            Id::C12 => c12,
+            Id::C21 => c21,
+            Id::C22 => c22,
+            Id::H1 => h.x,
+            Id::H2 => h.y,
+            Id::A11 => a11,
+            Id::A12 => a12,
+            Id::A21 => a21,
+            Id::A22 => a22,
+            Id::B1 => b.x,
+            Id::B2 => b.y,
+            Id::Coupling1 => half * (c11 + c22),
+            Id::Coupling2 => half * (c12 - c21),
+            _ => return self.values.get(id).to_f64(),
+        }
+        .to_f64()
+    }
+
+    /// Sets a parameter, from the next step on.
+    ///
+    /// # Errors
+    /// [`Refusal::BadValue`] or [`Refusal::NotTheRobots`]; nothing is then changed.
+    pub fn set(&mut self, id: Id, value: f64) -> Result<(), Refusal> {
+        let parameter = id.parameter();
+        if !parameter.scope.is_robot() {
+            return Err(Refusal::NotTheRobots);
+        }
+        parameter.check(value).map_err(|_| Refusal::BadValue)?;
+        let value = S::Wide::from_f64(value);
+        self.values.set(id, value);
+        if let Some(entries) = id.coupled() {
+            for (entry, sign) in entries {
+                self.set_entry(entry, if sign == Sign::Same { value } else { -value });
+            }
+            return Ok(());
+        }
+        match parameter.scope {
+            Scope::Brain => {
+                self.set_entry(id, value);
+                self.apply_settings();
+            }
+            Scope::Stimulus => self.apply_drive(),
+            _ => self.apply_gains(),
+        }
+        Ok(())
+    }
+
+    /// Starts the brain afresh from its parameters, at tick 0, with the stimulus' noise seeded.
+    pub fn restart(&mut self, seed: u64) {
+        let values = &self.values;
+        let get = |id| S::narrow(values.get(id));
+        let controller = Controller::new(
+            [[get(Id::C11), get(Id::C21)], [get(Id::C12), get(Id::C22)]].into(),
+            [get(Id::H1), get(Id::H2)].into(),
+        );
+        let model = Model::new(
+            [[get(Id::A11), get(Id::A21)], [get(Id::A12), get(Id::A22)]].into(),
+            [get(Id::B1), get(Id::B2)].into(),
+        );
+        // Parameters are checked when they are set, so neither can be refused.
+        let _ = self.brain.set_controller(controller);
+        let _ = self.brain.set_model(model);
+        self.brain.forget();
+        self.brain.stimulus_mut().restart(seed);
+        self.tick = 0;
+        self.until_control = 0;
+        self.axes.restart();
+        self.note_matrices();
+    }
+
+    fn event(&mut self, event: Event) -> RobotMessage {
+        match self.safety.handle(event) {
+            Ok(state) => RobotMessage::State(state),
+            Err(refusal) => RobotMessage::Refused(refusal),
+        }
+    }
+
+    fn choose_sensors(&mut self, simulated: bool) -> RobotMessage {
+        if self.safety.state() != SafetyState::Disarmed {
+            return RobotMessage::Refused(Refusal::NotDisarmed);
+        }
+        self.simulated_sensors = simulated;
+        self.axes.restart();
+        RobotMessage::State(self.safety.state())
+    }
+
+    fn answer_parameter(
+        &mut self,
+        index: u8,
+        act: impl FnOnce(&mut Self, Id) -> Result<(), Refusal>,
+    ) -> RobotMessage {
+        let Some(id) = Id::from_index(index) else { return RobotMessage::Refused(Refusal::UnknownParameter) };
+        if !id.parameter().scope.is_robot() {
+            return RobotMessage::Refused(Refusal::NotTheRobots);
+        }
+        match act(self, id) {
+            Ok(()) => RobotMessage::Parameter { index, value: self.get(id) as f32 },
+            Err(refusal) => RobotMessage::Refused(refusal),
+        }
+    }
+
+    /// Puts a value into the brain's matrices, if it is one of theirs.
+    fn set_entry(&mut self, id: Id, value: S::Wide) {
+        use crate::brain::Entry::{A, B, C, H};
+        let entry = match id {
+            Id::C11 => C(0, 0),
+            Id::C12 => C(0, 1),
+            Id::C21 => C(1, 0),
+            Id::C22 => C(1, 1),
+            Id::H1 => H(0),
+            Id::H2 => H(1),
+            Id::A11 => A(0, 0),
+            Id::A12 => A(0, 1),
+            Id::A21 => A(1, 0),
+            Id::A22 => A(1, 1),
+            Id::B1 => B(0),
+            Id::B2 => B(1),
+            _ => return,
+        };
+        self.values.set(id, value);
+        // The value is finite and the entry exists: nothing to refuse.
+        let _ = self.brain.set(entry, S::narrow(value));
+        self.note_matrices();
+    }
+
+    fn apply_settings(&mut self) {
+        let get = |id| self.values.get(id);
+        let settings = Settings {
+            rule: Rule::from_number(get(Id::Rule).to_f32() as u8).unwrap_or_default(),
+            eps_a: get(Id::EpsA),
+            eps_c: get(Id::EpsC),
+            lambda_a: get(Id::LambdaA),
+            lambda_b: get(Id::LambdaB),
+            lambda_c: get(Id::LambdaC),
+            lambda_h: get(Id::LambdaH),
+            clip_a: get(Id::ClipA),
+            clip_c: get(Id::ClipC),
+            clip_h: get(Id::ClipH),
+            clip_zeta: get(Id::ClipZeta),
+            clip_v: get(Id::ClipV),
+            ridge: get(Id::Ridge),
+            gain_floor: get(Id::GainFloor),
+            pivot_floor: get(Id::PivotFloor),
+        };
+        // The table's ranges lie within those of the settings: a test says so.
+        let _ = self.brain.set_settings(settings);
+    }
+
+    fn apply_drive(&mut self) {
+        let get = |id| self.values.get(id);
+        let drive = Drive {
+            period: get(Id::Period),
+            phaseshift: get(Id::Phaseshift),
+            amplitude: get(Id::Amplitude),
+            noise: get(Id::Noise),
+            color: get(Id::Color),
+        };
+        let _ = self.brain.stimulus_mut().set_drive(drive);
+    }
+
+    fn apply_gains(&mut self) {
+        self.axes.retune(&self.values, S::Wide::to_f32);
+    }
+
+    fn note_matrices(&mut self) {
+        self.state.c = rows(&self.brain.controller().c);
+        self.state.h = self.brain.controller().h.into();
+        self.state.a = rows(&self.brain.model().a);
+        self.state.b = self.brain.model().b.into();
+    }
+
+    fn telemetry(&self) -> Telemetry {
+        let s = &self.state;
+        Telemetry {
+            tick: self.tick.wrapping_sub(1),
+            state: self.safety.state(),
+            x: s.x.map(S::to_f32),
+            y: s.y.map(S::to_f32),
+            c: s.c.map(S::to_f32),
+            h: s.h.map(S::to_f32),
+            a: s.a.map(S::to_f32),
+            b: s.b.map(S::to_f32),
+            xi: s.xi.map(S::to_f32),
+            time_loop_error: s.time_loop_error.to_f32(),
+        }
+    }
+}
+
+/// A 2×2 matrix row by row.
+fn rows<S: Scalar>(m: &nalgebra::SMatrix<S, 2, 2>) -> [S; 4] {
+    [m.m11, m.m12, m.m21, m.m22]
+}

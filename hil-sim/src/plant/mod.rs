@@ -1,0 +1,754 @@
+//! The barrel as physics sees it: a rigid cylinder in three dimensions with two sliding weights, on flat ground.
+//!
+//! World axes: Z up, ground at z = 0. At heading 0 the cylinder axis points along +Y and the barrel rolls towards +X for a
+//! positive roll φ: e1 = (cos φ, 0, −sin φ), e2 = (sin φ, 0, cos φ), X = R φ. The inclinations that sensors see are the world-z
+//! components of the slider axes, lying (−sin φ, cos φ).
+//!
+//! One set of equations ([`dynamics`]) moves it. Where both rims stick to the ground and the axis is level, their
+//! projection on the one freedom left is integrated ([`rolling`], fast); everything else has all freedoms and
+//! compliant rims ([`free`], [`contact`]). [`Plant::advance`] passes between the two by itself.
+
+mod body;
+mod contact;
+mod drive;
+mod dynamics;
+mod free;
+mod rolling;
+
+pub use body::{Body, BodyError};
+pub use drive::{Drive, Motor, Servo};
+
+use contact::{Grip, Ground, SUBSTEP};
+use drive::{Axis, SERVO_PERIOD, Setpoint, Sliders, clip};
+use dynamics::Inertia;
+use free::{Free, Laws, rotation};
+use nalgebra::{Matrix3, Quaternion, Vector3};
+use rolling::{Line, Push, Roll};
+
+/// Rates are kept below these, rad/s and m/s: a barrel pushed without end does not leave what the steps can follow.
+const SPIN_LIMIT: f64 = 150.0;
+const SPEED_LIMIT: f64 = 100.0;
+/// Pushes are limited to this, N and N·m.
+const LOAD_LIMIT: f64 = 1000.0;
+/// Rolling on the line is resumed after this time of calm, s.
+const CALM: f64 = 0.05;
+/// What calm is: slope of the axis, and speeds of both rims other than by rolling, of √(g R).
+const LEVEL: f64 = 2e-3;
+const STILL: f64 = 3e-3;
+/// While rolling: longest step near an end stop or at high speed, s, and what high speed is, rad/s.
+const SHORT_STEP: f64 = 1e-3;
+const FAST: f64 = 20.0;
+
+/// How a barrel starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// On its side, rolling without slip, heading 0.
+    Lying {
+        /// Roll, rad.
+        phi: f64,
+        /// Its rate, rad/s.
+        omega: f64,
+    },
+    /// On its face at rest, the cylinder axis up.
+    Upright,
+    /// Anywhere.
+    Free {
+        /// Of the middle, m.
+        position: [f64; 3],
+        /// Quaternion (w, x, y, z) from body to world axes; it need not be of unit length.
+        orientation: [f64; 4],
+        /// Of the middle, world axes, m/s.
+        velocity: [f64; 3],
+        /// World axes, rad/s.
+        angular_velocity: [f64; 3],
+    },
+}
+
+/// Pushes from outside, held until changed. Each component is limited to ±1000.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Load {
+    /// About the cylinder axis, N·m.
+    pub axis_torque: f64,
+    /// On the middle of the cylinder, world axes, N.
+    pub force_world: [f64; 3],
+    /// World axes, N·m.
+    pub torque_world: [f64; 3],
+}
+
+/// Which equations move the barrel at present.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regime {
+    /// Both rims stick to the ground and the axis is level.
+    Rolling,
+    /// Anything else.
+    Free,
+}
+
+/// A barrel in motion. Cloning it takes a snapshot.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    body: Body,
+    inertia: Inertia,
+    axis: Axis,
+    ground: Ground,
+    line: Line,
+    motion: Motion,
+    told: Setpoint,
+    /// Time left for which the set-point's rate counts, s.
+    rate_left: f64,
+    load: Load,
+    calm: f64,
+    always_free: bool,
+    drive_on: bool,
+    deepest: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Motion {
+    Rolling(OnLine),
+    Free(Free),
+}
+
+/// Rolling, and where.
+#[derive(Clone, Copy, Debug)]
+struct OnLine {
+    roll: Roll,
+    /// Roll less φ, rad: what tumbling has added.
+    offset: f64,
+    /// Cosine and sine of the heading.
+    heading: [f64; 2],
+    /// Where the middle was when its roll was `origin_angle`, m.
+    origin: Vector3<f64>,
+    origin_angle: f64,
+    /// Energy that the ground keeps, J.
+    stored: f64,
+}
+
+/// Pose and motion, whatever the regime.
+struct Pose {
+    position: Vector3<f64>,
+    rotation: Matrix3<f64>,
+    velocity: Vector3<f64>,
+    /// Body axes.
+    angular: Vector3<f64>,
+    sliders: Sliders,
+}
+
+impl Plant {
+    /// A barrel at rest or in the motion that `start` says, weights in the middle.
+    ///
+    /// # Errors
+    /// What [`Body::validate`] finds, or a start that is not finite.
+    pub fn new(body: Body, start: Start) -> Result<Self, BodyError> {
+        body.validate()?;
+        let axis = Axis::new(&body.drive, body.weight_mass, body.stop);
+        let inertia = Inertia::new(&body, &axis);
+        let ground = Ground::new(&body, &inertia);
+        let line = Line::of(&body);
+        let motion = match start {
+            Start::Lying { phi, omega } => {
+                finite("phi0", &[phi])?;
+                finite("omega0", &[omega])?;
+                Motion::Rolling(OnLine {
+                    roll: Roll { angle: phi, omega: clip(omega, SPIN_LIMIT), sliders: Sliders::default() },
+                    offset: 0.0,
+                    heading: [1.0, 0.0],
+                    origin: Vector3::new(0.0, 0.0, body.radius),
+                    origin_angle: phi,
+                    stored: 0.0,
+                })
+            }
+            Start::Upright => {
+                let depth = ground.sinking(inertia.total() * inertia.gravity, 0.0);
+                let half = core::f64::consts::FRAC_1_SQRT_2;
+                Motion::Free(Free {
+                    position: Vector3::new(0.0, 0.0, 0.5 * body.length - depth),
+                    orientation: Quaternion::new(half, half, 0.0, 0.0),
+                    ..Free::still()
+                })
+            }
+            Start::Free { position, orientation, velocity, angular_velocity } => {
+                finite("position", &position)?;
+                finite("orientation", &orientation)?;
+                finite("velocity", &velocity)?;
+                finite("angular velocity", &angular_velocity)?;
+                let [w, x, y, z] = orientation;
+                let q = Quaternion::new(w, x, y, z);
+                let size = q.norm();
+                if !(1e-6..=1e6).contains(&size) {
+                    return Err(BodyError::OutOfRange { field: "orientation", value: size, low: 1e-6, high: 1e6 });
+                }
+                let q = q / size;
+                Motion::Free(Free {
+                    position: position.into(),
+                    orientation: q,
+                    velocity: velocity.into(),
+                    angular: rotation(&q).tr_mul(&Vector3::from(angular_velocity)),
+                    ..Free::still()
+                })
+            }
+        };
+        Ok(Self {
+            body,
+            inertia,
+            axis,
+            ground,
+            line,
+            motion,
+            told: Setpoint::default(),
+            rate_left: 0.0,
+            load: Load::default(),
+            calm: 0.0,
+            always_free: false,
+            drive_on: true,
+            deepest: 0.0,
+        })
+    }
+
+    /// Puts the weights somewhere, m, at rest, with their servo's target there and its memory empty.
+    pub fn place_weights(&mut self, s: [f64; 2]) {
+        let s = s.map(|s| if s.is_finite() { clip(s, self.body.stop) } else { 0.0 });
+        *self.sliders_mut() = Sliders { s, ..Sliders::default() };
+        self.rate_left = 0.0;
+        if matches!(self.body.drive, Drive::Servo(_)) {
+            self.told = Setpoint { value: s.map(|s| clip(s, self.body.range)), rate: [0.0; 2] };
+        }
+    }
+
+    /// What the drives shall do from now on, both in ±1 (more is clipped, NaN is 0): the motor commands y of the theory for a
+    /// servo, y > 0 towards the negative end of the axis, or duties for motors, positive towards the positive end.
+    pub fn set_command(&mut self, command: [f64; 2]) {
+        let command = command.map(|y| if y.is_nan() { 0.0 } else { clip(y, 1.0) });
+        match &self.body.drive {
+            Drive::Motor(_) => self.told.value = command,
+            Drive::Servo(servo) => {
+                let target = command.map(|y| -self.body.range * y);
+                if target != self.told.value {
+                    if !servo.derivative_on_measurement {
+                        // What is left of the last set-point step is not lost.
+                        for (i, target) in target.iter().enumerate() {
+                            let pending = self.told.rate[i] * self.rate_left;
+                            self.told.rate[i] = (target - self.told.value[i] + pending) / SERVO_PERIOD;
+                        }
+                        self.rate_left = SERVO_PERIOD;
+                    }
+                    self.told.value = target;
+                }
+            }
+        }
+    }
+
+    /// Sets the pushes from outside.
+    pub fn set_load(&mut self, load: Load) {
+        let sane = |x: f64| if x.is_nan() { 0.0 } else { clip(x, LOAD_LIMIT) };
+        self.load = Load {
+            axis_torque: sane(load.axis_torque),
+            force_world: load.force_world.map(sane),
+            torque_world: load.torque_world.map(sane),
+        };
+    }
+
+    /// Sets the supply's voltage of a motor drive, V; nothing for a servo.
+    pub fn set_supply_voltage(&mut self, volts: f64) {
+        if let Drive::Motor(motor) = &mut self.body.drive {
+            motor.supply_voltage = if volts.is_finite() { volts.clamp(0.0, 1000.0) } else { 0.0 };
+            self.axis = Axis::new(&self.body.drive, self.body.weight_mass, self.body.stop);
+        }
+    }
+
+    /// Changes what the barrel and its ground are made of while it moves: frictions, gravity, the drive's gains. Sizes stay
+    /// those it was made with.
+    ///
+    /// # Errors
+    /// What [`Body::validate`] finds; nothing is then changed.
+    pub fn set_body(&mut self, body: Body) -> Result<(), BodyError> {
+        let body = Body { radius: self.body.radius, length: self.body.length, ..body };
+        body.validate()?;
+        self.ground = Ground::new(&body, &self.inertia);
+        self.line = Line::of(&body);
+        self.body = body;
+        self.couple_drive();
+        Ok(())
+    }
+
+    /// Switches the drive on or off; off, it exerts no force and the weights slide freely. On at the start.
+    pub fn set_drive(&mut self, on: bool) {
+        if on != self.drive_on {
+            self.drive_on = on;
+            self.couple_drive();
+        }
+    }
+
+    /// Takes over what the drive and the masses are now.
+    fn couple_drive(&mut self) {
+        let mut drive = self.body.drive.clone();
+        if let (Drive::Servo(servo), false) = (&mut drive, self.drive_on) {
+            servo.max_force = 0.0;
+        }
+        self.axis = Axis::new(&drive, self.body.weight_mass, self.body.stop);
+        self.inertia = Inertia::new(&self.body, &self.axis);
+    }
+
+    /// Keeps all freedoms in play even where rolling on the line would do: slower, to compare the two.
+    pub fn set_always_free(&mut self, on: bool) {
+        self.always_free = on;
+        if on && let Motion::Rolling(line) = self.motion {
+            self.leave_line(&line, self.body.step);
+        }
+    }
+
+    /// Lets `dt` seconds pass in whole steps, at least one, as near to the body's step as divides `dt`.
+    pub fn advance(&mut self, dt: f64) {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return;
+        }
+        let steps = libm::round(dt / self.body.step).max(1.0);
+        let h = dt / steps;
+        for _ in 0..steps as u64 {
+            self.step(h);
+        }
+    }
+
+    fn step(&mut self, h: f64) {
+        let mut told = self.told;
+        if self.rate_left > 0.0 {
+            let part = (self.rate_left / h).min(1.0);
+            told.rate = told.rate.map(|r| r * part);
+            self.rate_left -= h;
+            if self.rate_left < 1e-9 {
+                self.rate_left = 0.0;
+                self.told.rate = [0.0; 2];
+            }
+        }
+        let left = match self.motion {
+            Motion::Rolling(line) => self.roll(line, &told, h),
+            Motion::Free(_) => h,
+        };
+        if left > 0.0 {
+            self.fly(&told, left);
+        }
+    }
+
+    /// Rolls for `h` seconds; what is left of them if the line cannot be held.
+    #[inline]
+    fn roll(&mut self, mut at: OnLine, told: &Setpoint, h: f64) -> f64 {
+        let push = self.push(&at);
+        let Sliders { s, v, .. } = at.roll.sliders;
+        let g = self.body.gravity;
+        let delicate = at.roll.omega.abs() > FAST
+            || self.axis.near_stop(s[0], v[0], h, g)
+            || self.axis.near_stop(s[1], v[1], h, g);
+        let parts = if delicate { libm::ceil(h / SHORT_STEP - 1e-9).max(1.0) } else { 1.0 };
+        let dt = h / parts;
+        for done in 0..parts as u32 {
+            match self.line.step(&self.inertia, &self.axis, &at.roll, told, &push, dt) {
+                Some(mut roll) => {
+                    roll.omega = clip(roll.omega, SPIN_LIMIT);
+                    roll.sliders.v = roll.sliders.v.map(|v| clip(v, SPEED_LIMIT));
+                    at.roll = roll;
+                }
+                None => {
+                    self.leave_line(&at, dt);
+                    return h - f64::from(done) * dt;
+                }
+            }
+        }
+        self.motion = Motion::Rolling(at);
+        0.0
+    }
+
+    /// Moves with all freedoms for `h` seconds.
+    fn fly(&mut self, told: &Setpoint, h: f64) {
+        let Motion::Free(mut at) = self.motion else { return };
+        let parts = libm::ceil(h / SUBSTEP - 1e-9).max(1.0);
+        let laws = self.laws();
+        let mut deepest = self.deepest;
+        for _ in 0..parts as u32 {
+            at = laws.step(&at, told, &self.load, h / parts);
+            let axis = rotation(&at.orientation).column(1).into_owned();
+            for rim in laws.rims(&at.position, &axis) {
+                deepest = deepest.max(rim.depth + self.body.radius * rim.sin_tilt);
+            }
+        }
+        self.deepest = deepest;
+        self.motion = Motion::Free(at);
+        self.calm = if self.is_calm(&at) { self.calm + h } else { 0.0 };
+        if self.calm >= CALM && !self.always_free {
+            self.enter_line(&at);
+        }
+    }
+
+    /// Whether nothing but rolling on the line is going on.
+    fn is_calm(&self, at: &Free) -> bool {
+        let turned = rotation(&at.orientation);
+        let axis = turned.column(1).into_owned();
+        if axis.z.abs() > LEVEL {
+            return false;
+        }
+        let still = STILL * (self.body.gravity * self.body.radius).sqrt();
+        let arm = 0.5 * self.body.length;
+        let (.., touch) = self.laws().rate(at, &self.told, &self.load);
+        at.velocity.z.abs() < still
+            && at.velocity.dot(&axis).abs() < still
+            && at.angular.x.abs() * arm < still
+            && at.angular.z.abs() * arm < still
+            && (0..2).all(|i| touch[i].is_some_and(|t| t.speed < still && self.ground.holds(&at.grip[i], &t)))
+    }
+
+    /// From all freedoms to the line, energy not growing.
+    fn enter_line(&mut self, at: &Free) {
+        let before = self.energy();
+        let turned = rotation(&at.orientation);
+        let axis = turned.column(1);
+        let size = (axis.x * axis.x + axis.y * axis.y).sqrt();
+        let heading = [axis.y / size, -axis.x / size];
+        let e1 = turned.column(0);
+        let angle = libm::atan2(-e1.z, e1.x * heading[0] + e1.y * heading[1]);
+        let stored = self.ground_energy(at);
+        let line = OnLine {
+            roll: Roll { angle, omega: at.angular.y, sliders: at.sliders },
+            offset: angle - at.phi,
+            heading,
+            origin: at.position,
+            origin_angle: angle,
+            stored,
+        };
+        let push = self.push(&line);
+        let begin = libm::sincos(angle);
+        let now = self.line.instant(&self.inertia, &self.axis, &line.roll, begin, &self.told, &push, self.body.step);
+        if !self.line.holds(&self.line.reaction(&self.inertia, &line.roll, &now, &push)) {
+            self.calm = 0.0;
+            return;
+        }
+        self.motion = Motion::Rolling(line);
+        let excess = self.energy() - before;
+        if excess > 0.0
+            && let Motion::Rolling(line) = &mut self.motion
+        {
+            line.origin.z -= excess / (self.inertia.total() * self.inertia.gravity);
+        }
+    }
+
+    /// From the line to all freedoms: rims sunk and friction's springs bent as far as the present forces ask.
+    fn leave_line(&mut self, line: &OnLine, dt: f64) {
+        let push = self.push(line);
+        let begin = libm::sincos(line.roll.angle);
+        let now = self.line.instant(&self.inertia, &self.axis, &line.roll, begin, &self.told, &push, dt);
+        let force = self.line.reaction(&self.inertia, &line.roll, &now, &push);
+        let ahead = Vector3::new(line.heading[0], line.heading[1], 0.0);
+        let aside = Vector3::new(-line.heading[1], line.heading[0], 0.0);
+        let sunk = force.normal.map(|n| self.ground.sinking(n, 1.0));
+        let slope = (sunk[0] - sunk[1]) / self.body.length;
+        let grip = [0, 1].map(|i| {
+            let pull = ahead * force.ahead[i] + aside * force.aside[i];
+            let limit = self.body.mu * force.normal[i].max(0.0);
+            let size = pull.norm();
+            let cut = if size > limit { limit / size } else { 1.0 };
+            Grip { slip: [-cut * pull.x / self.ground.grip, -cut * pull.y / self.ground.grip], pivot: 0.0 }
+        });
+        let mut position = self.line_position(line);
+        position.z = self.body.radius - 0.5 * (sunk[0] + sunk[1]);
+        let heading = libm::atan2(line.heading[1], line.heading[0]);
+        self.motion = Motion::Free(Free {
+            position,
+            orientation: about(ahead, slope) * about(Vector3::z(), heading) * about(Vector3::y(), line.roll.angle),
+            velocity: ahead * (self.body.radius * line.roll.omega),
+            angular: Vector3::new(0.0, line.roll.omega, 0.0),
+            sliders: line.roll.sliders,
+            phi: line.roll.angle - line.offset,
+            grip,
+            turn: self.ground.turn_for(now.held),
+        });
+        self.calm = 0.0;
+    }
+
+    fn laws(&self) -> Laws<'_> {
+        Laws {
+            inertia: &self.inertia,
+            axis: &self.axis,
+            ground: &self.ground,
+            reach: 0.5 * self.body.length,
+            friction: self.body.friction,
+        }
+    }
+
+    /// Pushes as rolling on the line feels them.
+    fn push(&self, line: &OnLine) -> Push {
+        let [c, s] = line.heading;
+        let [fx, fy, fz] = self.load.force_world;
+        let [tx, ty, tz] = self.load.torque_world;
+        Push {
+            roll: self.load.axis_torque + c * ty - s * tx,
+            pitch: c * tx + s * ty,
+            yaw: tz,
+            ahead: c * fx + s * fy,
+            aside: c * fy - s * fx,
+            up: fz,
+        }
+    }
+
+    fn sliders(&self) -> &Sliders {
+        match &self.motion {
+            Motion::Rolling(line) => &line.roll.sliders,
+            Motion::Free(free) => &free.sliders,
+        }
+    }
+
+    fn sliders_mut(&mut self) -> &mut Sliders {
+        match &mut self.motion {
+            Motion::Rolling(line) => &mut line.roll.sliders,
+            Motion::Free(free) => &mut free.sliders,
+        }
+    }
+
+    fn line_position(&self, line: &OnLine) -> Vector3<f64> {
+        let far = self.body.radius * (line.roll.angle - line.origin_angle);
+        line.origin + Vector3::new(far * line.heading[0], far * line.heading[1], 0.0)
+    }
+
+    fn pose(&self) -> Pose {
+        match &self.motion {
+            Motion::Rolling(line) => {
+                let (sin, cos) = libm::sincos(line.roll.angle);
+                let [c, s] = line.heading;
+                let speed = self.body.radius * line.roll.omega;
+                Pose {
+                    position: self.line_position(line),
+                    rotation: Matrix3::new(cos * c, -s, sin * c, cos * s, c, sin * s, -sin, 0.0, cos),
+                    velocity: Vector3::new(speed * c, speed * s, 0.0),
+                    angular: Vector3::new(0.0, line.roll.omega, 0.0),
+                    sliders: line.roll.sliders,
+                }
+            }
+            Motion::Free(at) => Pose {
+                position: at.position,
+                rotation: rotation(&at.orientation),
+                velocity: at.velocity,
+                angular: at.angular,
+                sliders: at.sliders,
+            },
+        }
+    }
+
+    /// Energy that the ground's and friction's springs hold, J.
+    fn ground_energy(&self, at: &Free) -> f64 {
+        let axis = rotation(&at.orientation).column(1).into_owned();
+        let rims = self.laws().rims(&at.position, &axis);
+        let mut sum = self.ground.turn_energy(at.turn);
+        for (rim, grip) in rims.iter().zip(&at.grip) {
+            sum += self.ground.pressure(rim.depth, rim.sin_tilt).energy;
+            sum += self.ground.grip_energy(grip, self.ground.spread(rim.depth, rim.sin_tilt));
+        }
+        sum
+    }
+
+    /// What it is made of.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// Which equations move it at present.
+    pub fn regime(&self) -> Regime {
+        match self.motion {
+            Motion::Rolling(_) => Regime::Rolling,
+            Motion::Free(_) => Regime::Free,
+        }
+    }
+
+    /// World-z components of the two slider axes, in ±1: what an ideal inclination sensor gives.
+    pub fn inclination(&self) -> [f64; 2] {
+        match &self.motion {
+            Motion::Rolling(line) => {
+                let (sin, cos) = libm::sincos(line.roll.angle);
+                [-sin, cos]
+            }
+            Motion::Free(at) => {
+                let turned = rotation(&at.orientation);
+                [turned.m31, turned.m33]
+            }
+        }
+    }
+
+    /// Angular velocity about the cylinder axis, rad/s, positive rolling towards the heading.
+    pub fn omega(&self) -> f64 {
+        match &self.motion {
+            Motion::Rolling(line) => line.roll.omega,
+            Motion::Free(at) => at.angular.y,
+        }
+    }
+
+    /// Integral of [`omega`](Self::omega) from the start's roll, rad.
+    pub fn phi(&self) -> f64 {
+        match &self.motion {
+            Motion::Rolling(line) => line.roll.angle - line.offset,
+            Motion::Free(at) => at.phi,
+        }
+    }
+
+    /// Positions of the weights on their axes, m.
+    pub fn weights(&self) -> [f64; 2] {
+        self.sliders().s
+    }
+
+    /// Velocities of the weights along their axes, m/s.
+    pub fn weight_rates(&self) -> [f64; 2] {
+        self.sliders().v
+    }
+
+    /// Position of the middle of the cylinder, world axes, m.
+    pub fn position(&self) -> [f64; 3] {
+        self.pose().position.into()
+    }
+
+    /// Velocity of the middle of the cylinder, world axes, m/s.
+    pub fn velocity(&self) -> [f64; 3] {
+        self.pose().velocity.into()
+    }
+
+    /// Angular velocity, world axes, rad/s.
+    pub fn angular_velocity(&self) -> [f64; 3] {
+        let pose = self.pose();
+        (pose.rotation * pose.angular).into()
+    }
+
+    /// Angular velocity, body axes, rad/s: what an ideal gyroscope gives.
+    pub fn angular_velocity_body(&self) -> [f64; 3] {
+        self.pose().angular.into()
+    }
+
+    /// The body's axes X (first slider), Y (cylinder), Z (second slider) in world axes.
+    pub fn axes(&self) -> [[f64; 3]; 3] {
+        let r = self.pose().rotation;
+        [r.column(0).into_owned().into(), r.column(1).into_owned().into(), r.column(2).into_owned().into()]
+    }
+
+    /// Quaternion (w, x, y, z) from body to world axes.
+    pub fn orientation(&self) -> [f64; 4] {
+        let q = match &self.motion {
+            Motion::Rolling(line) => {
+                let heading = libm::atan2(line.heading[1], line.heading[0]);
+                about(Vector3::z(), heading) * about(Vector3::y(), line.roll.angle)
+            }
+            Motion::Free(at) => at.orientation,
+        };
+        [q.w, q.i, q.j, q.k]
+    }
+
+    /// Angle of the cylinder axis from the horizontal, rad, in ±π/2; positive with +Y up.
+    pub fn tilt(&self) -> f64 {
+        match &self.motion {
+            Motion::Rolling(_) => 0.0,
+            Motion::Free(at) => {
+                let axis = rotation(&at.orientation).column(1).into_owned();
+                libm::atan2(axis.z, (axis.x * axis.x + axis.y * axis.y).sqrt())
+            }
+        }
+    }
+
+    /// Kinetic, potential (zero with everything at ground level) and elastic energy of ground, friction and end stops, J. The servo's
+    /// spring is an input and not part of it.
+    pub fn energy(&self) -> f64 {
+        let pose = self.pose();
+        let (n, w, g) = (&self.inertia, &pose.angular, self.inertia.gravity);
+        let mut sum = 0.5 * n.shell * pose.velocity.norm_squared() + n.shell * g * pose.position.z;
+        sum += 0.5 * (n.axial * w.y * w.y + n.transverse * (w.x * w.x + w.z * w.z));
+        for i in 0..2 {
+            let (at, velocity) = self.weight_motion(&pose, i);
+            sum += 0.5 * n.weight * velocity.norm_squared() + n.weight * g * at.z;
+            sum += 0.5 * n.rotor * pose.sliders.v[i] * pose.sliders.v[i];
+            sum += self.axis.energy(pose.sliders.s[i], pose.sliders.memory[i]);
+        }
+        sum + match &self.motion {
+            Motion::Rolling(line) => line.stored,
+            Motion::Free(at) => self.ground_energy(at),
+        }
+    }
+
+    /// Angular momentum about the common centre of mass, world axes, N·m·s.
+    pub fn angular_momentum(&self) -> [f64; 3] {
+        let pose = self.pose();
+        let (n, w) = (&self.inertia, &pose.angular);
+        let parts = [
+            (n.shell, pose.position, pose.velocity),
+            {
+                let (p, v) = self.weight_motion(&pose, 0);
+                (n.weight, p, v)
+            },
+            {
+                let (p, v) = self.weight_motion(&pose, 1);
+                (n.weight, p, v)
+            },
+        ];
+        let total = n.total();
+        let centre = parts.iter().map(|(m, p, _)| p * *m).sum::<Vector3<f64>>() / total;
+        let mut sum = pose.rotation * Vector3::new(n.transverse * w.x, n.axial * w.y, n.transverse * w.z);
+        for (m, p, v) in parts {
+            sum += (p - centre).cross(&(v * m));
+        }
+        sum.into()
+    }
+
+    /// Deepest any rim has been below ground since the start, m.
+    pub fn max_penetration(&self) -> f64 {
+        self.deepest
+    }
+
+    /// Acceleration less gravity of a point fixed in the shell (body axes, m), in body axes, m/s²: what an ideal
+    /// accelerometer there gives.
+    pub fn specific_force(&self, point: [f64; 3]) -> [f64; 3] {
+        let (linear, alpha, down) = match &self.motion {
+            Motion::Rolling(line) => {
+                let (sin, cos) = libm::sincos(line.roll.angle);
+                let push = self.push(line);
+                let roll = &line.roll;
+                let now =
+                    self.line.instant(&self.inertia, &self.axis, roll, (sin, cos), &self.told, &push, self.body.step);
+                let a = self.body.radius * now.omega_dot;
+                (Vector3::new(a * cos, 0.0, a * sin), Vector3::new(0.0, now.omega_dot, 0.0), [-sin, 0.0, cos])
+            }
+            Motion::Free(at) => {
+                let (_, a, _) = self.laws().rate(at, &self.told, &self.load);
+                let turned = rotation(&at.orientation);
+                (a.linear, a.angular, [turned.m31, turned.m32, turned.m33])
+            }
+        };
+        let (r, w) = (Vector3::from(point), Vector3::from(self.angular_velocity_body()));
+        let up = Vector3::from(down) * self.inertia.gravity;
+        (linear + alpha.cross(&r) + w.cross(&w.cross(&r)) + up).into()
+    }
+
+    fn weight_motion(&self, pose: &Pose, i: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let e = if i == 0 { Vector3::x() } else { Vector3::z() };
+        let r = e * pose.sliders.s[i] + Vector3::y() * self.inertia.shift[i];
+        let inside = pose.angular.cross(&r) + e * pose.sliders.v[i];
+        (pose.position + pose.rotation * r, pose.velocity + pose.rotation * inside)
+    }
+}
+
+impl Free {
+    fn still() -> Self {
+        Self {
+            position: Vector3::zeros(),
+            orientation: Quaternion::new(1.0, 0.0, 0.0, 0.0),
+            velocity: Vector3::zeros(),
+            angular: Vector3::zeros(),
+            sliders: Sliders::default(),
+            phi: 0.0,
+            grip: [Grip::default(); 2],
+            turn: 0.0,
+        }
+    }
+}
+
+/// Rotation about a unit vector.
+fn about(axis: Vector3<f64>, angle: f64) -> Quaternion<f64> {
+    let (sin, cos) = libm::sincos(0.5 * angle);
+    Quaternion::new(cos, sin * axis.x, sin * axis.y, sin * axis.z)
+}
+
+fn finite(field: &'static str, values: &[f64]) -> Result<(), BodyError> {
+    match values.iter().find(|v| !v.is_finite()) {
+        Some(&value) => Err(BodyError::NotFinite { field, value }),
+        None => Ok(()),
+    }
+}

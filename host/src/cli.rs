@@ -1,0 +1,338 @@
+//! The command line: what can be asked, and the check of every name and number in it.
+
+use crate::failure::Failure;
+use crate::suggest;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use hil_sim::experiment::{EXPERIMENTS, Experiment};
+use hil_sim::setup::{BodyKind, Push, Setup};
+use protocol::Id;
+use protocol::message::Precision;
+use protocol::parameter::TABLE;
+use std::path::PathBuf;
+
+/// A barrel with two sliding weights teaches itself to roll.
+///
+/// Without a command: `barrel run homeokinetic`.
+#[derive(Debug, Parser)]
+#[command(name = "barrel", version, about)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run an experiment of the chapter and record it
+    Run(RunArgs),
+    /// Run the sensors of a recording through the brain alone
+    Replay(ReplayArgs),
+    /// Write the CSV of a log
+    Export(ExportArgs),
+    /// Draw a recording
+    Plot(PlotArgs),
+    /// List experiments, parameters and columns
+    List(ListArgs),
+    /// Talk to a running barrel: show and set parameters, push, store and load
+    Console(ConsoleArgs),
+}
+
+/// What decides a run.
+#[derive(Clone, Debug, Args)]
+pub struct SetupArgs {
+    /// open-loop, closed-loop, learn-controller, homeostatic, homeokinetic or upright (see `barrel list`)
+    #[arg(value_name = "EXPERIMENT", value_parser = experiment, default_value = "homeokinetic")]
+    pub experiment: &'static Experiment,
+    /// The barrel: the chapter's, or one that can be built
+    #[arg(long, value_enum, default_value_t = Body::Chapter)]
+    pub body: Body,
+    /// How the robot is reached: in-process
+    #[arg(long, value_parser = link, default_value = "in-process")]
+    pub link: Link,
+    /// Number format of the robot's brain
+    #[arg(long, value_enum, default_value_t = Format::F32)]
+    pub precision: Format,
+    /// Seed of all randomness
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Set a parameter, as in epsC=0.2 (repeatable; see `barrel list parameters`)
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub sets: Vec<(Id, f64)>,
+    /// Push with a torque about the cylinder axis, in s : N·m : s (repeatable)
+    #[arg(long = "push", value_name = "START:TORQUE:SECONDS", value_parser = push, allow_hyphen_values = true)]
+    pub pushes: Vec<Push>,
+}
+
+impl SetupArgs {
+    /// The setup that was asked for.
+    ///
+    /// # Errors
+    /// A value out of range.
+    pub fn setup(&self) -> Result<Setup, Failure> {
+        let mut setup = Setup::new(self.experiment, self.body.into());
+        setup.seed = self.seed;
+        setup.pushes.clone_from(&self.pushes);
+        for &(id, value) in &self.sets {
+            setup.set(id, value).map_err(Failure::bad)?;
+        }
+        Ok(setup)
+    }
+}
+
+/// `barrel run`
+#[derive(Clone, Debug, Args)]
+pub struct RunArgs {
+    /// What decides the run.
+    #[command(flatten)]
+    pub setup: SetupArgs,
+    /// Simulated seconds
+    #[arg(long, value_name = "SECONDS", default_value = "120", value_parser = duration, allow_hyphen_values = true)]
+    pub duration: f64,
+    /// Write the CSV here, and no run folder
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Write the log (MCAP) here, and no run folder
+    #[arg(long, value_name = "FILE.mcap")]
+    pub log: Option<PathBuf>,
+    /// Draw the picture here (.png or .svg), and no run folder
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// No progress, no summary
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+impl Default for RunArgs {
+    /// The chapter's homeokinetic barrel for two minutes.
+    fn default() -> Self {
+        match Cli::parse_from(["barrel", "run"]).command {
+            Some(Command::Run(args)) => args,
+            _ => unreachable!("`barrel run` is the run command"),
+        }
+    }
+}
+
+/// `barrel replay`
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// A CSV with the columns x1 and x2, or a log
+    #[arg(value_name = "FILE.csv|FILE.mcap")]
+    pub file: PathBuf,
+    /// Number format of the brain [default: of a log its own, of a CSV f64]
+    #[arg(long, value_enum)]
+    pub precision: Option<Format>,
+    /// Start from an experiment's preset instead of the defaults (a log brings its own parameters)
+    #[arg(long, value_parser = experiment)]
+    pub experiment: Option<&'static Experiment>,
+    /// Seed of the open loop's noise (a log brings its own)
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Set a parameter (repeatable)
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub sets: Vec<(Id, f64)>,
+    /// Write the brain's CSV here (- for standard output)
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+/// `barrel export`
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// The log
+    #[arg(value_name = "FILE.mcap")]
+    pub log: PathBuf,
+    /// The CSV to write [default: the log's name with .csv]
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+/// `barrel plot`
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// A CSV or a log
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The picture to write, .png or .svg [default: the recording's name with .png]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Draw these columns over time instead of the whole run, as in C11,C12
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    pub columns: Vec<String>,
+}
+
+/// `barrel list`
+#[derive(Debug, Args)]
+pub struct ListArgs {
+    /// Which list
+    #[arg(value_enum)]
+    pub what: Option<Listing>,
+}
+
+/// `barrel console`
+#[derive(Debug, Args)]
+pub struct ConsoleArgs {
+    /// What decides the run.
+    #[command(flatten)]
+    pub setup: SetupArgs,
+    /// Speed against real time
+    #[arg(long, default_value_t = 1.0, value_parser = speed, allow_hyphen_values = true)]
+    pub speed: f64,
+    /// End by itself after this many simulated seconds
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
+    pub duration: Option<f64>,
+    /// Write the CSV here
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Write the log (MCAP) here
+    #[arg(long, value_name = "FILE.mcap")]
+    pub log: Option<PathBuf>,
+}
+
+/// Which list `barrel list` prints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Listing {
+    /// The chapter's experiments.
+    Experiments,
+    /// Every parameter with unit, range, default and help.
+    Parameters,
+    /// The columns of the CSV.
+    Columns,
+    /// The bodies.
+    Bodies,
+}
+
+/// Body names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Body {
+    /// The chapter's barrel: 1 m, inclinations measured directly, a force servo of its own
+    Chapter,
+    /// A barrel that can be built: IMU, encoders, DC motors
+    Tabletop,
+}
+
+impl From<Body> for BodyKind {
+    fn from(body: Body) -> Self {
+        match body {
+            Body::Chapter => BodyKind::Chapter,
+            Body::Tabletop => BodyKind::Tabletop,
+        }
+    }
+}
+
+/// Number formats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Double precision
+    F64,
+    /// Single precision, as on the robot
+    F32,
+    /// Fixed point with 16 fraction bits
+    Fixed,
+}
+
+impl Format {
+    /// Name on the command line and in logs.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Format::F64 => "f64",
+            Format::F32 => "f32",
+            Format::Fixed => "fixed",
+        }
+    }
+}
+
+impl From<Precision> for Format {
+    fn from(precision: Precision) -> Self {
+        match precision {
+            Precision::F64 => Format::F64,
+            Precision::F32 => Format::F32,
+            Precision::Fixed => Format::Fixed,
+        }
+    }
+}
+
+/// How the robot is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// The firmware library in this process.
+    InProcess,
+}
+
+fn experiment(name: &str) -> Result<&'static Experiment, String> {
+    Experiment::find(name).ok_or_else(|| {
+        let hint = suggest::did_you_mean(name, EXPERIMENTS.iter().map(|e| e.name));
+        format!("there is no such experiment{hint}; `barrel list` shows them all")
+    })
+}
+
+fn link(name: &str) -> Result<Link, String> {
+    match name {
+        "in-process" => Ok(Link::InProcess),
+        _ if name == "virtual-board" || name.starts_with("serial:") => {
+            Err("this version has no such link yet; use in-process".to_owned())
+        }
+        _ => Err("there is no such link; use in-process".to_owned()),
+    }
+}
+
+/// A parameter's name and value, checked against the table.
+///
+/// # Errors
+/// No such parameter, no number, or a number that it does not take; says the nearest that would do.
+pub fn assignment(text: &str) -> Result<(Id, f64), String> {
+    let (name, value) =
+        text.split_once('=').ok_or_else(|| format!("'{text}' is not NAME=VALUE; write for example epsC=0.2"))?;
+    let (name, value) = (name.trim(), value.trim());
+    let id = Id::from_name(name).ok_or_else(|| unknown_parameter(name))?;
+    if value.is_empty() {
+        return Err(format!("{name} = what? Write a number after '=', as in {name}={}", id.parameter().default));
+    }
+    let number: f64 = value
+        .parse()
+        .map_err(|_| format!("'{value}' is not a number; write for example {name}={}", id.parameter().default))?;
+    id.parameter()
+        .check(number)
+        .map_err(|reason| hil_sim::setup::SetError { id, value: number, reason }.to_string())?;
+    Ok((id, number))
+}
+
+/// What to say of a parameter that does not exist.
+pub fn unknown_parameter(name: &str) -> String {
+    let hint = suggest::did_you_mean(name, TABLE.iter().map(|p| p.name));
+    format!("there is no parameter '{name}'{hint}; `barrel list parameters` shows them all")
+}
+
+fn push(text: &str) -> Result<Push, String> {
+    let usage = "write START:TORQUE:SECONDS in s, N·m and s, as in 30:10:0.5";
+    let parts: Vec<f64> = text
+        .split(':')
+        .map(|part| part.trim().parse::<f64>().ok().filter(|n| n.is_finite()))
+        .collect::<Option<_>>()
+        .ok_or_else(|| format!("'{text}' is not a push; {usage}"))?;
+    match parts[..] {
+        [start, torque, seconds] if start >= 0.0 && seconds > 0.0 && torque.abs() <= 1000.0 => {
+            Ok(Push { start, torque, seconds })
+        }
+        [_, _, _] => Err(format!("'{text}': a push starts at 0 s or later, lasts longer than 0 s and has at most 1000 N·m")),
+        _ => Err(format!("'{text}' is not a push; {usage}")),
+    }
+}
+
+/// Longest run, s: its control steps are counted in 32 bits.
+const LONGEST: f64 = 8e7;
+
+fn duration(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.02..=LONGEST).contains(&seconds) => Ok(seconds),
+        Ok(_) => Err(format!("a run lasts from 0.02 s (one control step) to {LONGEST} s")),
+        Err(_) => Err("not a number of seconds; write for example 120".to_owned()),
+    }
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(speed) if (0.01..=1e6).contains(&speed) => Ok(speed),
+        _ => Err("a speed is a number from 0.01 to 1e6; 1 is real time".to_owned()),
+    }
+}

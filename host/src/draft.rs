@@ -1,0 +1,44 @@
+//! A file that appears whole or not at all: written beside its place under another name, then moved there.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A file in the making. Dropped without [`Draft::commit`], it leaves no trace.
+#[derive(Debug)]
+pub struct Draft {
+    draft: PathBuf,
+    target: PathBuf,
+}
+
+impl Draft {
+    /// Reserves a hidden name beside `target`, with the same ending. Creates the file, so that a folder that cannot be
+    /// written is noticed before any work is done.
+    pub fn beside(target: &Path) -> io::Result<Draft> {
+        let name = target.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "not a file name"))?;
+        if target.is_dir() {
+            return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
+        }
+        let draft = target.with_file_name(format!(".{}-{}", std::process::id(), name.to_string_lossy()));
+        File::create(&draft)?;
+        Ok(Draft { draft, target: target.into() })
+    }
+
+    /// Where to write.
+    pub fn path(&self) -> &Path {
+        &self.draft
+    }
+
+    /// Makes the content safe on the disk, then moves it to its place, over whatever stood there.
+    pub fn commit(self) -> io::Result<()> {
+        File::options().append(true).open(&self.draft)?.sync_all()?;
+        std::fs::rename(&self.draft, &self.target)
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        // After a commit there is nothing left to remove.
+        let _ = std::fs::remove_file(&self.draft);
+    }
+}

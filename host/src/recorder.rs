@@ -1,0 +1,185 @@
+//! Where a run is written: a CSV, a log and a picture, in a run folder or in the places asked for.
+
+use crate::csv::{self, BRAIN_COLUMNS, PLANT_COLUMNS, Table, brain_row, plant_row};
+use crate::failure::Failure;
+use crate::{log, plot};
+use hil_sim::link::{Direction, Link};
+use hil_sim::record::Record;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use protocol::Values;
+
+/// Which files are wanted, and where.
+#[derive(Clone, Debug, Default)]
+pub struct Places {
+    /// The CSV.
+    pub csv: Option<PathBuf>,
+    /// The log.
+    pub log: Option<PathBuf>,
+    /// The picture.
+    pub plot: Option<PathBuf>,
+}
+
+impl Places {
+    /// A new folder `runs/<date>-<name>` with all three files in it; never one that is already there.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn run_folder(name: &str) -> Result<Places, Failure> {
+        let date = jiff::Zoned::now().strftime("%Y-%m-%d-%H%M%S");
+        let runs = Path::new("runs");
+        fs::create_dir_all(runs).map_err(|error| cannot_write(runs, &error))?;
+        let mut folder = runs.join(format!("{date}-{name}"));
+        for attempt in 2.. {
+            match fs::create_dir(&folder) {
+                Ok(()) => break,
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
+                    folder = runs.join(format!("{date}-{name}-{attempt}"));
+                }
+                Err(error) => return Err(cannot_write(&folder, &error)),
+            }
+        }
+        Ok(Places {
+            csv: Some(folder.join("run.csv")),
+            log: Some(folder.join("run.mcap")),
+            plot: Some(folder.join("run.png")),
+        })
+    }
+
+    /// Every file, in the order in which they are written.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        [&self.csv, &self.log, &self.plot].into_iter().filter_map(|path| path.as_deref())
+    }
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::bad(format!(
+        "cannot write {}: {error}; run in a folder that may be written, or say where with --csv, --log, --plot",
+        path.display()
+    ))
+}
+
+/// Writes a run while it goes on.
+pub struct Recorder {
+    csv: Option<csv::Writer>,
+    log: Option<log::Writer>,
+    picture: Option<(PathBuf, plot::Title, Vec<Vec<f64>>)>,
+}
+
+impl Recorder {
+    /// Opens the files. If one cannot be opened, those that were are removed again.
+    ///
+    /// # Errors
+    /// The file that cannot be written.
+    pub fn create(
+        places: &Places,
+        run: &BTreeMap<String, String>,
+        values: &Values<f64>,
+        title: plot::Title,
+    ) -> Result<Self, Failure> {
+        let mut made = Vec::new();
+        let opened = Self::open(places, run, values, title, &mut made);
+        if opened.is_err() {
+            for path in made {
+                // What cannot be removed now was at least never a run.
+                let _ = fs::remove_file(path);
+            }
+        }
+        opened
+    }
+
+    fn open<'p>(
+        places: &'p Places,
+        run: &BTreeMap<String, String>,
+        values: &Values<f64>,
+        title: plot::Title,
+        made: &mut Vec<&'p Path>,
+    ) -> Result<Self, Failure> {
+        let mut recorder = Recorder { csv: None, log: None, picture: None };
+        if let Some(path) = &places.csv {
+            let is_new = !path.exists();
+            recorder.csv = Some(csv::Writer::create(path, true).map_err(Failure::bad)?);
+            made.extend(is_new.then_some(path.as_path()));
+        }
+        if let Some(path) = &places.log {
+            let is_new = !path.exists();
+            recorder.log = Some(log::Writer::create(path, run, values).map_err(Failure::bad)?);
+            made.extend(is_new.then_some(path.as_path()));
+        }
+        if let Some(path) = &places.plot {
+            plot::check_target(path).map_err(Failure::bad)?;
+            let columns = vec![Vec::new(); BRAIN_COLUMNS.len() + PLANT_COLUMNS.len()];
+            recorder.picture = Some((path.clone(), title, columns));
+        }
+        Ok(recorder)
+    }
+
+    /// Writes one control step: the frames that went over the wire in it, and what they decode to.
+    ///
+    /// # Errors
+    /// A file that cannot be written any more, as when the disk is full.
+    pub fn step(&mut self, record: &Record, link: &mut impl Link) -> Result<(), Failure> {
+        self.frames(record.brain.t, link)?;
+        if let Some(log) = &mut self.log {
+            log.record(&record.brain, Some(&record.plant)).map_err(Failure::broken)?;
+        }
+        if let Some(csv) = &mut self.csv {
+            csv.write(&record.brain, Some(&record.plant)).map_err(Failure::broken)?;
+        }
+        if let Some((_, _, columns)) = &mut self.picture {
+            let numbers = std::iter::once(record.brain.t)
+                .chain(brain_row(&record.brain).map(f64::from))
+                .chain(plant_row(&record.plant));
+            for (column, number) in columns.iter_mut().zip(numbers) {
+                column.push(number);
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the frames that went over the wire, at time `t` (s).
+    ///
+    /// # Errors
+    /// A log that cannot be written any more.
+    pub fn frames(&mut self, t: f64, link: &mut impl Link) -> Result<(), Failure> {
+        let mut result = Ok(());
+        let log = &mut self.log;
+        link.drain_frames(&mut |direction: Direction, bytes: &[u8]| {
+            if let (Some(log), true) = (log.as_mut(), result.is_ok()) {
+                result = log.frame((t * 1e9).round() as u64, direction, bytes);
+            }
+        });
+        result.map_err(Failure::broken)
+    }
+
+    /// Writes that something happened: a parameter was set, somebody pushed.
+    ///
+    /// # Errors
+    /// A log that cannot be written any more.
+    pub fn event(&mut self, t: f64, kind: &str, text: &str) -> Result<(), Failure> {
+        self.log.as_mut().map_or(Ok(()), |log| log.event(t, kind, text)).map_err(Failure::broken)
+    }
+
+    /// Completes the files and draws the picture.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(self) -> Result<(), Failure> {
+        if let Some(csv) = self.csv {
+            csv.finish().map_err(Failure::broken)?;
+        }
+        if let Some(log) = self.log {
+            log.finish().map_err(Failure::broken)?;
+        }
+        if let Some((path, title, columns)) = self.picture {
+            let mut table = Table::new("this run");
+            for (column, numbers) in BRAIN_COLUMNS.iter().chain(&PLANT_COLUMNS).zip(columns) {
+                table.insert(column.name, numbers);
+            }
+            plot::run(&table, &title, &path).map_err(Failure::broken)?;
+        }
+        Ok(())
+    }
+}
