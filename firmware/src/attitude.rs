@@ -242,8 +242,8 @@ pub struct AttitudeSettings {
 pub const START_UP_BOOST: f32 = 10.0;
 
 impl Default for AttitudeSettings {
-    /// A table-top barrel of 0.12 m radius. On the motions of `tests/attitude.rs`, k_P from 0.5 to 1 makes no more
-    /// difference than the chip's bias; at 0.25 the start is still felt after 20 s.
+    /// A table-top barrel of 0.12 m radius. Of k_P = 0.25, 0.5 and 1, critically damped, on the sweeps of
+    /// `tests/attitude.rs` and with the chip's largest biases: 9.0, 4.6 and 6.6 mrad rms.
     fn default() -> Self {
         AttitudeSettings {
             radius: 0.12,

@@ -9,9 +9,13 @@
 //! It is run by the microcontroller, by the same image on a virtual board, and by the simulator in process.
 #![no_std]
 
+#[cfg(test)]
+extern crate std;
+
 pub mod attitude;
 pub mod axes;
 pub mod brain;
+pub mod noise;
 pub mod port;
 pub mod robot;
 pub mod safety;

@@ -13,6 +13,7 @@ use protocol::{FaultCode, HostMessage, Id, RobotMessage, Values};
 
 use crate::axes::{Axes, SERVO_PARAMETERS};
 use crate::brain::{Brain, Controller, Drive, Model, Rule, Settings};
+use crate::noise::InclinationNoise;
 use crate::safety::{Event, Faults, Health, Outputs, Safety};
 use crate::scalar::Scalar;
 
@@ -44,6 +45,7 @@ pub struct Robot<S: Scalar> {
     /// Servo ticks until the next control step.
     until_control: u8,
     axes: Axes,
+    noise: InclinationNoise,
     safety: Safety<SENSORS>,
     simulated_sensors: bool,
 }
@@ -91,6 +93,7 @@ impl<S: Scalar> Default for Robot<S> {
             tick: 0,
             until_control: 0,
             axes: Axes::default(),
+            noise: InclinationNoise::default(),
             safety: Safety::new(STALE_AFTER, None),
             simulated_sensors: false,
         };
@@ -100,6 +103,7 @@ impl<S: Scalar> Default for Robot<S> {
         robot.apply_settings();
         robot.apply_drive();
         robot.apply_gains();
+        robot.apply_noise();
         robot.restart(0);
         robot
     }
@@ -155,7 +159,8 @@ impl<S: Scalar> Robot<S> {
         let mut telemetry = None;
         if self.until_control == 0 {
             self.until_control = SERVO_TICKS;
-            telemetry = Some(self.control_step(self.axes.inclination()));
+            let x = self.noise.add(self.axes.inclination());
+            telemetry = Some(self.control_step(x));
         }
         self.until_control -= 1;
         let mut duty = [0.0; 2];
@@ -273,7 +278,8 @@ impl<S: Scalar> Robot<S> {
                 self.apply_settings();
             }
             Scope::Stimulus => self.apply_drive(),
-            _ => self.apply_gains(),
+            Scope::Sensor => self.apply_noise(),
+            Scope::Servo | Scope::Plant => self.apply_gains(),
         }
         Ok(())
     }
@@ -295,6 +301,7 @@ impl<S: Scalar> Robot<S> {
         let _ = self.brain.set_model(model);
         self.brain.forget();
         self.brain.stimulus_mut().restart(seed);
+        self.noise.restart(seed);
         self.tick = 0;
         self.until_control = 0;
         self.axes.restart();
@@ -393,6 +400,11 @@ impl<S: Scalar> Robot<S> {
 
     fn apply_gains(&mut self) {
         self.axes.retune(&self.values, S::Wide::to_f32);
+    }
+
+    fn apply_noise(&mut self) {
+        let get = |id| self.values.get(id).to_f32();
+        self.noise.set(get(Id::SensorNoise), get(Id::SensorNoiseTau));
     }
 
     fn note_matrices(&mut self) {

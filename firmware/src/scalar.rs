@@ -97,11 +97,7 @@ pub trait Scalar:
     /// whoever checks the result.
     #[inline]
     fn clip(self, limit: Self) -> Self {
-        if limit <= Self::zero() {
-            self
-        } else {
-            self.clamp_to(-limit, limit)
-        }
+        if limit <= Self::zero() { self } else { self.clamp_to(-limit, limit) }
     }
 
     /// `self` limited to `low..=high`. Unlike `clamp` of `core` it accepts any bounds; where they
@@ -398,26 +394,31 @@ macro_rules! fixed_point {
                 // Half of this type's resolution, so that the truncation below rounds to nearest;
                 // 0 where the two types are one.
                 const HALF: I32F32 = I32F32::from_bits((1 << (32 - <$inner>::FRAC_NBITS)) >> 1);
-                Self(<$inner>::saturating_from_num(
-                    wide.0.saturating_add(HALF),
-                ))
+                Self(<$inner>::saturating_from_num(wide.0.saturating_add(HALF)))
             }
 
             #[inline]
             fn from_f64(value: f64) -> Self {
-                // The conversion of the crate panics on NaN.
-                if value.is_nan() {
-                    return Self::zero();
-                }
-                Self(<$inner>::saturating_from_num(value))
+                // The saturating conversion of the crate panics on NaN; this one never does.
+                Self(<$inner>::checked_from_num(value).unwrap_or(if value > 0.0 {
+                    <$inner>::MAX
+                } else if value < 0.0 {
+                    <$inner>::MIN
+                } else {
+                    <$inner>::ZERO
+                }))
             }
 
             #[inline]
             fn from_f32(value: f32) -> Self {
-                if value.is_nan() {
-                    return Self::zero();
-                }
-                Self(<$inner>::saturating_from_num(value))
+                // The saturating conversion of the crate panics on NaN; this one never does.
+                Self(<$inner>::checked_from_num(value).unwrap_or(if value > 0.0 {
+                    <$inner>::MAX
+                } else if value < 0.0 {
+                    <$inner>::MIN
+                } else {
+                    <$inner>::ZERO
+                }))
             }
 
             #[inline]

@@ -369,7 +369,7 @@ fn any_finite() -> impl Strategy<Value = f64> {
     use proptest::num::{f32, f64};
     prop_oneof![
         4 => -2.0..2.0,
-        1 => (f32::NORMAL | f32::SUBNORMAL | f32::ZERO).prop_map(|v| f64::from(v)),
+        1 => (f32::NORMAL | f32::SUBNORMAL | f32::ZERO).prop_map(std::primitive::f64::from),
         1 => f64::NORMAL | f64::SUBNORMAL | f64::ZERO,
         1 => prop_oneof![Just(1e38), Just(-1e38), Just(f64::from(std::primitive::f32::MAX)), Just(1e-45), Just(-0.0)],
     ]

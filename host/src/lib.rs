@@ -1,6 +1,11 @@
-//! The parts of the `barrel` command: recorder, plots, console.
+//! The parts of the `barrel` command: the command line, one file for each command, recorder, plots, console.
 
+pub mod cli;
+pub mod commands;
 pub mod csv;
 pub mod draft;
+pub mod failure;
 pub mod log;
+pub mod plot;
+pub mod recorder;
 pub mod suggest;

@@ -14,14 +14,14 @@ pub enum Scope {
     Servo,
     /// The simulated barrel and the ground it lies on.
     Plant,
-    /// The simulated inclination sensors.
+    /// Noise on the inclinations: of the simulated sensors on `chapter`, added by the robot on a real body.
     Sensor,
 }
 
 impl Scope {
     /// Whether the robot holds this parameter (and not only the simulator around it).
     pub const fn is_robot(self) -> bool {
-        matches!(self, Scope::Brain | Scope::Stimulus | Scope::Servo)
+        !matches!(self, Scope::Plant)
     }
 }
 

@@ -16,6 +16,8 @@ use crate::scalar::Scalar;
 /// once. This finds the same pivot as a search would and every index is a loop's own, so no bounds
 /// check, and no panic, is left in the compiled code.
 #[inline]
+// The indices are the mathematics here, and iterators over two rows of one array would need a split.
+#[allow(clippy::needless_range_loop)]
 pub fn solve<W: Scalar, const K: usize>(a: &SMatrix<W, K, K>, b: &SVector<W, K>, pivot_floor: W) -> SVector<W, K> {
     let floor = pivot_floor.at_least(W::SMALLEST);
     // Row by row, since elimination works on rows; nalgebra stores columns.
@@ -34,16 +36,16 @@ pub fn solve<W: Scalar, const K: usize>(a: &SMatrix<W, K, K>, b: &SVector<W, K>,
         for row in k + 1..K {
             let factor = a[row][k] / a[k][k];
             for column in k + 1..K {
-                a[row][column] = a[row][column] - factor * a[k][column];
+                a[row][column] -= factor * a[k][column];
             }
-            b[row] = b[row] - factor * b[k];
+            b[row] -= factor * b[k];
         }
     }
     for k in (0..K).rev() {
         for column in k + 1..K {
-            b[k] = b[k] - a[k][column] * b[column];
+            b[k] -= a[k][column] * b[column];
         }
-        b[k] = b[k] / a[k][k];
+        b[k] /= a[k][k];
     }
     SVector::from_array_storage(nalgebra::ArrayStorage([b]))
 }

@@ -198,7 +198,8 @@ impl Axis {
     /// Whether a weight may meet its end stop within the next `h` seconds.
     #[inline(always)]
     pub fn near_stop(&self, s: f64, v: f64, h: f64, gravity: f64) -> bool {
-        s.abs() + v.abs() * h + (self.max_acceleration + 4.0 * gravity) * h * h >= self.stop
+        let outward = if s > 0.0 { v } else { -v };
+        s.abs() + outward.max(0.0) * h + (0.5 * self.max_acceleration + 2.0 * gravity) * h * h >= self.stop
     }
 }
 

@@ -5,14 +5,16 @@
 //! components of the slider axes, lying (−sin φ, cos φ).
 //!
 //! One set of equations ([`dynamics`]) moves it. Where both rims stick to the ground and the axis is level, their
-//! projection on the one freedom left is integrated ([`rolling`], fast); everything else has all freedoms and
-//! compliant rims ([`free`], [`contact`]). [`Plant::advance`] passes between the two by itself.
+//! projection on the one freedom left is integrated ([`rolling`], fast); a level barrel with nothing to tip it hops and
+//! slips in its plane ([`plane`]); everything else has all freedoms and compliant rims ([`free`], [`contact`]).
+//! [`Plant::advance`] passes between them by itself.
 
 mod body;
 mod contact;
 mod drive;
 mod dynamics;
 mod free;
+mod plane;
 mod rolling;
 
 pub use body::{Body, BodyError};
@@ -23,7 +25,8 @@ use drive::{Axis, SERVO_PERIOD, Setpoint, Sliders, clip};
 use dynamics::Inertia;
 use free::{Free, Laws, rotation};
 use nalgebra::{Matrix3, Quaternion, Vector3};
-use rolling::{Line, Push, Roll};
+use plane::Loose;
+use rolling::{Line, Push, Reaction, Roll};
 
 /// Rates are kept below these, rad/s and m/s: a barrel pushed without end does not leave what the steps can follow.
 const SPIN_LIMIT: f64 = 150.0;
@@ -38,6 +41,9 @@ const STILL: f64 = 3e-3;
 /// While rolling: longest step near an end stop or at high speed, s, and what high speed is, rad/s.
 const SHORT_STEP: f64 = 1e-3;
 const FAST: f64 = 20.0;
+/// Longest step off the line in its plane, s, and how many pieces a step may be cut into by landings and catches.
+const LOOSE_STEP: f64 = 2.5e-3;
+const PIECES: u32 = 64;
 
 /// How a barrel starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +86,8 @@ pub struct Load {
 pub enum Regime {
     /// Both rims stick to the ground and the axis is level.
     Rolling,
+    /// The axis is level and stays so while the barrel hops or slips across it.
+    Plane,
     /// Anything else.
     Free,
 }
@@ -112,7 +120,8 @@ enum Motion {
 /// Rolling, and where.
 #[derive(Clone, Copy, Debug)]
 struct OnLine {
-    roll: Roll,
+    /// Roll; and height and slip, all 0 while on the line.
+    loose: Loose,
     /// Roll less φ, rad: what tumbling has added.
     offset: f64,
     /// Cosine and sine of the heading.
@@ -150,7 +159,7 @@ impl Plant {
                 finite("phi0", &[phi])?;
                 finite("omega0", &[omega])?;
                 Motion::Rolling(OnLine {
-                    roll: Roll { angle: phi, omega: clip(omega, SPIN_LIMIT), sliders: Sliders::default() },
+                    loose: loose(Roll { angle: phi, omega: clip(omega, SPIN_LIMIT), sliders: Sliders::default() }),
                     offset: 0.0,
                     heading: [1.0, 0.0],
                     origin: Vector3::new(0.0, 0.0, body.radius),
@@ -329,29 +338,48 @@ impl Plant {
         }
     }
 
-    /// Rolls for `h` seconds; what is left of them if the line cannot be held.
+    /// Rolls, hops or slips in the plane for `h` seconds; what is left of them if the barrel leaves it.
     #[inline]
     fn roll(&mut self, mut at: OnLine, told: &Setpoint, h: f64) -> f64 {
         let push = self.push(&at);
-        let Sliders { s, v, .. } = at.roll.sliders;
+        let Sliders { s, v, .. } = at.loose.roll.sliders;
         let g = self.body.gravity;
-        let delicate = at.roll.omega.abs() > FAST
+        let delicate = at.loose.roll.omega.abs() > FAST
             || self.axis.near_stop(s[0], v[0], h, g)
             || self.axis.near_stop(s[1], v[1], h, g);
-        let parts = if delicate { libm::ceil(h / SHORT_STEP - 1e-9).max(1.0) } else { 1.0 };
-        let dt = h / parts;
-        for done in 0..parts as u32 {
-            match self.line.step(&self.inertia, &self.axis, &at.roll, told, &push, dt) {
-                Some(mut roll) => {
-                    roll.omega = clip(roll.omega, SPIN_LIMIT);
-                    roll.sliders.v = roll.sliders.v.map(|v| clip(v, SPEED_LIMIT));
-                    at.roll = roll;
-                }
-                None => {
-                    self.leave_line(&at, dt);
-                    return h - f64::from(done) * dt;
-                }
+        let longest = if delicate { SHORT_STEP } else { h };
+        let planar = self.body.axes_shift == 0.0 && push.pitch == 0.0 && push.yaw == 0.0 && push.aside == 0.0;
+        let mut left = h;
+        for _ in 0..PIECES {
+            if left < 1e-9 {
+                self.motion = Motion::Rolling(at);
+                return 0.0;
             }
+            let evenly = |longest: f64| left / libm::ceil(left / longest - 1e-9).max(1.0);
+            let mut taken = evenly(longest);
+            let held = if at.loose.on_line() {
+                self.line.step(&self.inertia, &self.axis, &at.loose.roll, told, &push, taken)
+            } else {
+                None
+            };
+            if let Some(roll) = held {
+                at.loose.roll = roll;
+            } else if planar {
+                let dt = evenly(longest.min(LOOSE_STEP));
+                (at.loose, taken) = self.line.loose_step(&self.inertia, &self.axis, &at.loose, told, &push, dt);
+                at.loose.slip = clip(at.loose.slip, SPEED_LIMIT);
+                at.loose.climb = clip(at.loose.climb, SPEED_LIMIT);
+            } else {
+                break;
+            }
+            let roll = &mut at.loose.roll;
+            roll.omega = clip(roll.omega, SPIN_LIMIT);
+            roll.sliders.v = roll.sliders.v.map(|v| clip(v, SPEED_LIMIT));
+            left -= taken;
+        }
+        if left > 1e-9 {
+            self.leave_line(&at, left);
+            return left;
         }
         self.motion = Motion::Rolling(at);
         0.0
@@ -406,7 +434,7 @@ impl Plant {
         let angle = libm::atan2(-e1.z, e1.x * heading[0] + e1.y * heading[1]);
         let stored = self.ground_energy(at);
         let line = OnLine {
-            roll: Roll { angle, omega: at.angular.y, sliders: at.sliders },
+            loose: loose(Roll { angle, omega: at.angular.y, sliders: at.sliders }),
             offset: angle - at.phi,
             heading,
             origin: at.position,
@@ -415,8 +443,9 @@ impl Plant {
         };
         let push = self.push(&line);
         let begin = libm::sincos(angle);
-        let now = self.line.instant(&self.inertia, &self.axis, &line.roll, begin, &self.told, &push, self.body.step);
-        if !self.line.holds(&self.line.reaction(&self.inertia, &line.roll, &now, &push)) {
+        let now =
+            self.line.instant(&self.inertia, &self.axis, &line.loose.roll, begin, &self.told, &push, self.body.step);
+        if !self.line.holds(&self.line.reaction(&self.inertia, &line.loose.roll, &now, &push)) {
             self.calm = 0.0;
             return;
         }
@@ -432,9 +461,12 @@ impl Plant {
     /// From the line to all freedoms: rims sunk and friction's springs bent as far as the present forces ask.
     fn leave_line(&mut self, line: &OnLine, dt: f64) {
         let push = self.push(line);
-        let begin = libm::sincos(line.roll.angle);
-        let now = self.line.instant(&self.inertia, &self.axis, &line.roll, begin, &self.told, &push, dt);
-        let force = self.line.reaction(&self.inertia, &line.roll, &now, &push);
+        let begin = libm::sincos(line.loose.roll.angle);
+        let now = self.line.instant(&self.inertia, &self.axis, &line.loose.roll, begin, &self.told, &push, dt);
+        let mut force = self.line.reaction(&self.inertia, &line.loose.roll, &now, &push);
+        if line.loose.lift > 0.0 {
+            force = Reaction::default();
+        }
         let ahead = Vector3::new(line.heading[0], line.heading[1], 0.0);
         let aside = Vector3::new(-line.heading[1], line.heading[0], 0.0);
         let sunk = force.normal.map(|n| self.ground.sinking(n, 1.0));
@@ -447,15 +479,17 @@ impl Plant {
             Grip { slip: [-cut * pull.x / self.ground.grip, -cut * pull.y / self.ground.grip], pivot: 0.0 }
         });
         let mut position = self.line_position(line);
-        position.z = self.body.radius - 0.5 * (sunk[0] + sunk[1]);
+        position.z = self.body.radius + line.loose.lift - 0.5 * (sunk[0] + sunk[1]);
         let heading = libm::atan2(line.heading[1], line.heading[0]);
         self.motion = Motion::Free(Free {
             position,
-            orientation: about(ahead, slope) * about(Vector3::z(), heading) * about(Vector3::y(), line.roll.angle),
-            velocity: ahead * (self.body.radius * line.roll.omega),
-            angular: Vector3::new(0.0, line.roll.omega, 0.0),
-            sliders: line.roll.sliders,
-            phi: line.roll.angle - line.offset,
+            orientation: about(ahead, slope)
+                * about(Vector3::z(), heading)
+                * about(Vector3::y(), line.loose.roll.angle),
+            velocity: self.line_velocity(line),
+            angular: Vector3::new(0.0, line.loose.roll.omega, 0.0),
+            sliders: line.loose.roll.sliders,
+            phi: line.loose.roll.angle - line.offset,
             grip,
             turn: self.ground.turn_for(now.held),
         });
@@ -489,35 +523,39 @@ impl Plant {
 
     fn sliders(&self) -> &Sliders {
         match &self.motion {
-            Motion::Rolling(line) => &line.roll.sliders,
+            Motion::Rolling(line) => &line.loose.roll.sliders,
             Motion::Free(free) => &free.sliders,
         }
     }
 
     fn sliders_mut(&mut self) -> &mut Sliders {
         match &mut self.motion {
-            Motion::Rolling(line) => &mut line.roll.sliders,
+            Motion::Rolling(line) => &mut line.loose.roll.sliders,
             Motion::Free(free) => &mut free.sliders,
         }
     }
 
     fn line_position(&self, line: &OnLine) -> Vector3<f64> {
-        let far = self.body.radius * (line.roll.angle - line.origin_angle);
-        line.origin + Vector3::new(far * line.heading[0], far * line.heading[1], 0.0)
+        let far = self.body.radius * (line.loose.roll.angle - line.origin_angle) + line.loose.skid;
+        line.origin + Vector3::new(far * line.heading[0], far * line.heading[1], line.loose.lift)
+    }
+
+    fn line_velocity(&self, line: &OnLine) -> Vector3<f64> {
+        let speed = self.body.radius * line.loose.roll.omega + line.loose.slip;
+        Vector3::new(speed * line.heading[0], speed * line.heading[1], line.loose.climb)
     }
 
     fn pose(&self) -> Pose {
         match &self.motion {
             Motion::Rolling(line) => {
-                let (sin, cos) = libm::sincos(line.roll.angle);
+                let (sin, cos) = libm::sincos(line.loose.roll.angle);
                 let [c, s] = line.heading;
-                let speed = self.body.radius * line.roll.omega;
                 Pose {
                     position: self.line_position(line),
                     rotation: Matrix3::new(cos * c, -s, sin * c, cos * s, c, sin * s, -sin, 0.0, cos),
-                    velocity: Vector3::new(speed * c, speed * s, 0.0),
-                    angular: Vector3::new(0.0, line.roll.omega, 0.0),
-                    sliders: line.roll.sliders,
+                    velocity: self.line_velocity(line),
+                    angular: Vector3::new(0.0, line.loose.roll.omega, 0.0),
+                    sliders: line.loose.roll.sliders,
                 }
             }
             Motion::Free(at) => Pose {
@@ -550,7 +588,8 @@ impl Plant {
     /// Which equations move it at present.
     pub fn regime(&self) -> Regime {
         match self.motion {
-            Motion::Rolling(_) => Regime::Rolling,
+            Motion::Rolling(line) if line.loose.on_line() => Regime::Rolling,
+            Motion::Rolling(_) => Regime::Plane,
             Motion::Free(_) => Regime::Free,
         }
     }
@@ -559,7 +598,7 @@ impl Plant {
     pub fn inclination(&self) -> [f64; 2] {
         match &self.motion {
             Motion::Rolling(line) => {
-                let (sin, cos) = libm::sincos(line.roll.angle);
+                let (sin, cos) = libm::sincos(line.loose.roll.angle);
                 [-sin, cos]
             }
             Motion::Free(at) => {
@@ -572,7 +611,7 @@ impl Plant {
     /// Angular velocity about the cylinder axis, rad/s, positive rolling towards the heading.
     pub fn omega(&self) -> f64 {
         match &self.motion {
-            Motion::Rolling(line) => line.roll.omega,
+            Motion::Rolling(line) => line.loose.roll.omega,
             Motion::Free(at) => at.angular.y,
         }
     }
@@ -580,7 +619,7 @@ impl Plant {
     /// Integral of [`omega`](Self::omega) from the start's roll, rad.
     pub fn phi(&self) -> f64 {
         match &self.motion {
-            Motion::Rolling(line) => line.roll.angle - line.offset,
+            Motion::Rolling(line) => line.loose.roll.angle - line.offset,
             Motion::Free(at) => at.phi,
         }
     }
@@ -627,7 +666,7 @@ impl Plant {
         let q = match &self.motion {
             Motion::Rolling(line) => {
                 let heading = libm::atan2(line.heading[1], line.heading[0]);
-                about(Vector3::z(), heading) * about(Vector3::y(), line.roll.angle)
+                about(Vector3::z(), heading) * about(Vector3::y(), line.loose.roll.angle)
             }
             Motion::Free(at) => at.orientation,
         };
@@ -698,13 +737,18 @@ impl Plant {
     pub fn specific_force(&self, point: [f64; 3]) -> [f64; 3] {
         let (linear, alpha, down) = match &self.motion {
             Motion::Rolling(line) => {
-                let (sin, cos) = libm::sincos(line.roll.angle);
-                let push = self.push(line);
-                let roll = &line.roll;
-                let now =
-                    self.line.instant(&self.inertia, &self.axis, roll, (sin, cos), &self.told, &push, self.body.step);
-                let a = self.body.radius * now.omega_dot;
-                (Vector3::new(a * cos, 0.0, a * sin), Vector3::new(0.0, now.omega_dot, 0.0), [-sin, 0.0, cos])
+                let (sin, cos) = libm::sincos(line.loose.roll.angle);
+                let (push, roll, dt) = (self.push(line), &line.loose.roll, self.body.step);
+                let (ahead, up, alpha) = if line.loose.on_line() {
+                    let a =
+                        self.line.instant(&self.inertia, &self.axis, roll, (sin, cos), &self.told, &push, dt).omega_dot;
+                    (self.body.radius * a, 0.0, a)
+                } else {
+                    let course = self.line.riding(&self.inertia, &self.axis, &line.loose, &self.told, &push, dt);
+                    (course.ahead, course.up, course.alpha)
+                };
+                let linear = Vector3::new(ahead * cos - up * sin, 0.0, ahead * sin + up * cos);
+                (linear, Vector3::new(0.0, alpha, 0.0), [-sin, 0.0, cos])
             }
             Motion::Free(at) => {
                 let (_, a, _) = self.laws().rate(at, &self.told, &self.load);
@@ -738,6 +782,11 @@ impl Free {
             turn: 0.0,
         }
     }
+}
+
+/// A roll on the line.
+fn loose(roll: Roll) -> Loose {
+    Loose { roll, lift: 0.0, climb: 0.0, slip: 0.0, skid: 0.0 }
 }
 
 /// Rotation about a unit vector.
