@@ -27,7 +27,7 @@ impl Port {
                     self.gaps.arrived(number);
                     robot.handle(&message, &mut |reply| {
                         let mut buffer = [0; MAX_FRAME];
-                        if let Some(frame) = encode(self.sequence.next(), reply, &mut buffer) {
+                        if let Some(frame) = encode(self.sequence.take(), reply, &mut buffer) {
                             send(frame);
                         }
                     });

@@ -324,11 +324,7 @@ impl<S: Scalar> Robot<S> {
         RobotMessage::State(self.safety.state())
     }
 
-    fn answer_parameter(
-        &mut self,
-        index: u8,
-        act: impl FnOnce(&mut Self, Id) -> Result<(), Refusal>,
-    ) -> RobotMessage {
+    fn answer_parameter(&mut self, index: u8, act: impl FnOnce(&mut Self, Id) -> Result<(), Refusal>) -> RobotMessage {
         let Some(id) = Id::from_index(index) else { return RobotMessage::Refused(Refusal::UnknownParameter) };
         if !id.parameter().scope.is_robot() {
             return RobotMessage::Refused(Refusal::NotTheRobots);

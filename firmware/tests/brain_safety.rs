@@ -190,19 +190,21 @@ fn the_first_step_and_the_step_after_forgetting_act_but_do_not_learn() {
 }
 
 #[test]
-fn a_learning_rate_of_zero_freezes_what_it_belongs_to() {
-    let settings = Settings {
-        eps_a: 0.0,
-        eps_c: 0.0,
-        lambda_a: 0.5,
-        lambda_b: 0.5,
-        lambda_c: 0.5,
-        lambda_h: 0.5,
-        ..Settings::default()
-    };
+fn rate_and_decay_of_zero_freeze_what_they_belong_to() {
+    let settings = Settings { eps_a: 0.0, eps_c: 0.0, lambda_a: 0.0, lambda_b: 0.0, ..Settings::default() };
     let brain = experienced::<f64, 2, 2>(settings);
     assert_eq!(*brain.model(), Model::default());
     assert_eq!(*brain.controller(), Controller::default());
+}
+
+#[test]
+fn the_decay_acts_without_a_learning_rate_too() {
+    let settings = Settings { eps_a: 0.0, eps_c: 0.0, lambda_a: 0.01, lambda_c: 0.01, ..Settings::default() };
+    let brain = experienced::<f64, 2, 2>(settings);
+    let left = brain.model().a[(0, 0)];
+    assert!(left > 0.0 && left < 0.9, "A11 = {left}");
+    let left = brain.controller().c[(0, 0)];
+    assert!(left > 0.0 && left < 0.9, "C11 = {left}");
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
         name: "open-loop",
         section: "Experiment 1.1",
         summary: "a sine drives both weights a quarter period apart; slow drives lock the rolling, fast ones lose it",
-        preset: &[(Id::Rule, 0.0), (Id::EpsA, 0.0), (Id::EpsC, 0.0), (Id::SensorNoise, 0.0)],
+        preset: &[(Id::Rule, 0.0), (Id::EpsA, 0.0), (Id::LambdaA, 0.0), (Id::LambdaB, 0.0), (Id::SensorNoise, 0.0)],
     },
     Experiment {
         name: "closed-loop",
@@ -35,7 +35,8 @@ pub const EXPERIMENTS: &[Experiment] = &[
         preset: &[
             (Id::Rule, 1.0),
             (Id::EpsA, 0.0),
-            (Id::EpsC, 0.0),
+            (Id::LambdaA, 0.0),
+            (Id::LambdaB, 0.0),
             (Id::SensorNoise, 0.0),
             (Id::Coupling1, U_05[0]),
             (Id::Coupling2, U_05[1]),

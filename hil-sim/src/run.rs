@@ -7,8 +7,8 @@
 use crate::link::{Link, LinkError, hello};
 use crate::plant::{BodyError, Load, Plant, Start};
 use crate::record::{BrainRecord, PlantRecord, Record};
-use crate::setup::{BodyKind, Push, SetError, Setup};
 use crate::sensors::Sensors;
+use crate::setup::{BodyKind, Push, SetError, Setup};
 use firmware::robot::{CONTROL_PERIOD, SERVO_PERIOD, SERVO_TICKS};
 use firmware::{Robot, Scalar};
 use protocol::message::SafetyState;
@@ -17,17 +17,8 @@ use protocol::{HostMessage, Id, RobotMessage, Telemetry};
 use std::fmt;
 
 /// Parameters that make the barrel or its start; the rest may change while it rolls.
-const ONLY_AT_START: [Id; 9] = [
-    Id::Phi0,
-    Id::Omega0,
-    Id::Tilt0,
-    Id::Radius,
-    Id::Length,
-    Id::ShellMass,
-    Id::WeightMass,
-    Id::AxesShift,
-    Id::Range,
-];
+const ONLY_AT_START: [Id; 9] =
+    [Id::Phi0, Id::Omega0, Id::Tilt0, Id::Radius, Id::Length, Id::ShellMass, Id::WeightMass, Id::AxesShift, Id::Range];
 
 /// A plant and a robot, coupled.
 #[derive(Debug)]
@@ -37,8 +28,8 @@ pub struct Run<L> {
     sensors: Sensors,
     link: L,
     step: u64,
-    /// Disarmed, the weights run free.
-    armed: bool,
+    /// The robot's state after the last step; unless Armed, the weights run free.
+    state: SafetyState,
 }
 
 /// Why a run did not start or go on.
@@ -99,7 +90,7 @@ impl<L: Link> Run<L> {
         demand(&mut link, &HostMessage::Restart { seed: setup.seed })?;
         demand(&mut link, &HostMessage::Arm)?;
         place_weights(&mut plant, &setup, &sensors);
-        Ok(Run { setup, plant, sensors, link, step: 0, armed: true })
+        Ok(Run { setup, plant, sensors, link, step: 0, state: SafetyState::Armed })
     }
 
     /// One control step of 20 ms.
@@ -119,11 +110,12 @@ impl<L: Link> Run<L> {
         let answer = self.link.request(&HostMessage::Inclination { x })?;
         let telemetry = telemetry(answer.telemetry, answer.message)?;
         let record = self.record(&telemetry);
-        self.armed = telemetry.state == SafetyState::Armed;
-        if self.armed {
+        self.state = telemetry.state;
+        let armed = self.state == SafetyState::Armed;
+        if armed {
             self.plant.set_command(telemetry.y.map(f64::from));
         }
-        self.plant.set_drive(self.armed);
+        self.plant.set_drive(armed);
         self.advance(CONTROL_PERIOD, self.step as f64 * CONTROL_PERIOD);
         self.step += 1;
         Ok(record)
@@ -137,7 +129,7 @@ impl<L: Link> Run<L> {
             let answer = self.link.request(&HostMessage::Transducers(transducers))?;
             if tick == 0 {
                 let telemetry = telemetry(answer.telemetry, answer.message)?;
-                self.armed = telemetry.state == SafetyState::Armed;
+                self.state = telemetry.state;
                 record = Some(self.record(&telemetry));
             }
             match answer.message {
@@ -179,6 +171,11 @@ impl<L: Link> Run<L> {
         time(self.step)
     }
 
+    /// The robot's safety state after the last step.
+    pub fn state(&self) -> SafetyState {
+        self.state
+    }
+
     /// What the run was started with, and what was changed since.
     pub fn setup(&self) -> &Setup {
         &self.setup
@@ -206,10 +203,11 @@ impl<L: Link> Run<L> {
     /// # Errors
     /// A robot that does not answer.
     pub fn get(&mut self, id: Id) -> Result<f64, RunError> {
+        let set = self.setup.values.get(id);
         if !id.parameter().scope.is_robot() {
-            return Ok(self.setup.values.get(id));
+            return Ok(set);
         }
-        Ok(demand(&mut self.link, &HostMessage::GetParameter { index: id.index() })?)
+        Ok(in_decimal(demand(&mut self.link, &HostMessage::GetParameter { index: id.index() })?, set))
     }
 
     /// Sets a parameter while the run goes on, and returns its value as it is held now.
@@ -217,7 +215,7 @@ impl<L: Link> Run<L> {
     /// # Errors
     /// A value out of range, or a parameter that only matters at the start; nothing is then changed.
     pub fn set(&mut self, id: Id, value: f64) -> Result<f64, RunError> {
-        if ONLY_AT_START.contains(&id) {
+        if ONLY_AT_START.contains(&id) && value != self.setup.values.get(id) {
             return Err(RunError::OnlyAtStart(id));
         }
         let mut changed = self.setup.clone();
@@ -230,7 +228,8 @@ impl<L: Link> Run<L> {
         if !id.parameter().scope.is_robot() {
             return Ok(value);
         }
-        Ok(demand(&mut self.link, &HostMessage::SetParameter { index: id.index(), value: value as f32 })?)
+        let held = demand(&mut self.link, &HostMessage::SetParameter { index: id.index(), value: value as f32 })?;
+        Ok(in_decimal(held, value))
     }
 
     /// Arms, disarms, stops or clears; returns the robot's state afterwards.
@@ -262,13 +261,18 @@ fn overlap(push: &Push, from: f64, to: f64) -> f64 {
 }
 
 /// Asks for something that a run cannot do without; returns the parameter's value where one was set or asked for.
-fn demand(link: &mut impl Link, message: &HostMessage) -> Result<f64, LinkError> {
+fn demand(link: &mut impl Link, message: &HostMessage) -> Result<f32, LinkError> {
     match link.request(message)?.message {
-        RobotMessage::Parameter { value, .. } => Ok(f64::from(value)),
+        RobotMessage::Parameter { value, .. } => Ok(value),
         RobotMessage::State(_) => Ok(0.0),
         RobotMessage::Refused(refusal) => Err(LinkError::Refused(refusal)),
         _ => Err(LinkError::NoAnswer),
     }
+}
+
+/// A robot's single-precision value as a person would write it: as it was set, if it is that, else its shortest decimal.
+fn in_decimal(held: f32, set: f64) -> f64 {
+    if set as f32 == held { set } else { held.to_string().parse().unwrap_or(f64::from(held)) }
 }
 
 fn telemetry(telemetry: Option<Telemetry>, message: RobotMessage) -> Result<Telemetry, LinkError> {
@@ -305,10 +309,7 @@ fn start(setup: &Setup) -> Start {
 fn place_weights(plant: &mut Plant, setup: &Setup, sensors: &Sensors) {
     let mut scout = Robot::<f32>::default();
     for id in robot_parameters() {
-        scout.handle(
-            &HostMessage::SetParameter { index: id.index(), value: setup.values.get(id) as f32 },
-            &mut |_| {},
-        );
+        scout.handle(&HostMessage::SetParameter { index: id.index(), value: setup.values.get(id) as f32 }, &mut |_| {});
     }
     scout.handle(&HostMessage::Restart { seed: setup.seed }, &mut |_| {});
     let x = sensors.clone().inclination(plant);

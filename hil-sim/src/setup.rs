@@ -84,7 +84,11 @@ impl fmt::Display for SetError {
                 write!(f, "{name} = {value} is out of range {min} to {max}; the nearest is {nearest}")
             }
             ValueError::NotWhole => {
-                write!(f, "{name} = {value} must be a whole number from {min} to {max}; the nearest is {}", value.round())
+                write!(
+                    f,
+                    "{name} = {value} must be a whole number from {min} to {max}; the nearest is {}",
+                    value.round()
+                )
             }
         }
     }

@@ -394,6 +394,45 @@ fn a_hundred_thousand_random_steps_stay_finite() {
 }
 
 #[test]
+fn any_body_that_is_allowed_stays_finite() {
+    let mut random = Random(21);
+    for run in 0..80 {
+        // Spread over decades, kept where validate() allows.
+        let mut spread = |low: f64, high: f64| low * (high / low).powf(0.5 + 0.5 * random.next());
+        let radius = spread(0.05, 2.0);
+        let shell_mass = spread(0.1, 50.0);
+        let mut body = if run % 2 == 0 { Body::chapter() } else { Body::tabletop() };
+        body.radius = radius;
+        body.length = radius * spread(0.3, 5.0);
+        body.shell_mass = shell_mass;
+        body.weight_mass = shell_mass * spread(0.02, 2.0);
+        body.weight_radius = 0.1 * radius;
+        body.range = 0.5 * radius;
+        body.stop = 0.7 * radius;
+        body.axes_shift = if run % 3 == 0 { 0.0 } else { 0.3 * body.length };
+        body.mu = spread(0.02, 5.0);
+        body.friction = spread(1e-4, 10.0);
+        body.rolling_resistance = spread(1e-4, 1.0);
+        if let Drive::Servo(servo) = &mut body.drive {
+            servo.kp = spread(1.0, 2000.0);
+            servo.kd = spread(0.01, 1.0);
+            servo.max_force = spread(1.0, 1000.0);
+        }
+        let mut plant = Plant::new(body, Start::Lying { phi: 0.3, omega: 2.0 }).expect("a valid body");
+        for k in 0..100 {
+            plant.set_command([random.next(), random.next()]);
+            if k == 50 {
+                let torque_world = [random.next() * shell_mass, random.next() * shell_mass, 0.0];
+                plant.set_load(Load { axis_torque: random.next(), torque_world, ..Load::default() });
+            }
+            plant.advance(0.01);
+            let (e, w) = (plant.energy(), norm(plant.angular_velocity()));
+            assert!(e.is_finite() && w.is_finite(), "run {run}, step {k}: {:?}", plant.body());
+        }
+    }
+}
+
+#[test]
 fn nonsense_is_refused_by_name() {
     let check = |change: fn(&mut Body), name: &str| {
         let mut body = Body::chapter();

@@ -276,3 +276,92 @@ fn a_kick_rolls_the_barrel_and_a_hard_one_makes_it_slip() {
     assert_eq!(plant.regime(), Regime::Plane, "60 N·m about the axis exceed what mu = 0.64 can hold");
     assert!(slip < -0.5, "slip {slip:.2} m/s");
 }
+
+/// Without drive, after `kick` N·m about the axis for 0.2 s: the energies that follow.
+fn after_kick(always_free: bool, kick: f64, seconds: f64) -> (Vec<f64>, Plant) {
+    let mut body = Body::chapter();
+    servo(&mut body).ki = 0.0;
+    let mut plant = lying(body, 0.4, 0.0);
+    plant.set_always_free(always_free);
+    plant.set_load(Load { axis_torque: kick, ..Load::default() });
+    plant.advance(0.2);
+    plant.set_load(Load::default());
+    let energies = (0..(seconds / 0.01) as usize)
+        .map(|_| {
+            plant.advance(0.01);
+            plant.energy()
+        })
+        .collect();
+    (energies, plant)
+}
+
+#[test]
+fn slipping_in_the_plane_is_slipping_with_all_freedoms() {
+    for kick in [20.0, 30.0, 40.0] {
+        let (_, plane) = after_kick(false, kick, 0.5);
+        let (_, free) = after_kick(true, kick, 0.5);
+        let found = format!(
+            "kick {kick} N·m: omega {:.4} and {:.4} rad/s, path {:.4} and {:.4} m, {:?}",
+            plane.omega(),
+            free.omega(),
+            plane.position()[0],
+            free.position()[0],
+            plane.regime()
+        );
+        println!("{found}");
+        assert!((plane.omega() - free.omega()).abs() < 0.02 * (1.0 + free.omega().abs()), "{found}");
+        assert!((plane.position()[0] - free.position()[0]).abs() < 0.01, "{found}");
+    }
+}
+
+#[test]
+fn energy_never_grows_slipping_or_hopping_in_the_plane() {
+    let mut found = String::new();
+    let mut most = f64::MIN;
+    for (name, kick, pull) in [("slipping", 80.0, 0.0), ("thrown", 5.0, 60.0), ("thrown and spun", -60.0, 45.0)] {
+        let mut body = Body::chapter();
+        servo(&mut body).kp = 0.0;
+        let mut plant = lying(body, 0.4, 0.0);
+        plant.set_load(Load { axis_torque: kick, force_world: [5.0, 0.0, pull], ..Load::default() });
+        plant.advance(0.2);
+        plant.set_load(Load::default());
+        let begin = plant.energy();
+        let (mut least, mut grown, mut highest) = (begin, f64::MIN, 0.0_f64);
+        for _ in 0..500 {
+            plant.advance(0.01);
+            let now = plant.energy();
+            grown = grown.max(now - least);
+            least = least.min(now);
+            highest = highest.max(plant.position()[2] - 0.5);
+        }
+        found += &format!("{name}: {begin:.2} J, {least:.2} J left, {highest:.3} m high, growth {grown:.1e} J\n");
+        most = most.max(grown);
+    }
+    println!("{found}");
+    assert!(most < 2e-3, "{found}");
+}
+
+#[test]
+fn a_motor_drives_its_weight_to_speed_and_holds_it_against_gravity_by_friction_alone() {
+    let mut body = Body::tabletop();
+    body.gravity = 0.01;
+    body.rolling_resistance = 1.0;
+    let mut plant = lying(body, 0.0, 0.0);
+    plant.set_command([0.1, 0.0]);
+    plant.advance(0.3);
+    let v = plant.weight_rates()[0];
+    // 0.1·30 N less 1 N of Coulomb friction, over 30/1.2 + 1 N·s/m.
+    assert!((v - 2.0 / 26.0).abs() < 1e-3, "speed {v:.4} m/s at a tenth of duty");
+    let mut body = Body::tabletop();
+    body.rolling_resistance = 1.0;
+    if let Drive::Motor(motor) = &mut body.drive {
+        motor.coulomb = 5.0;
+    }
+    let mut plant = lying(body, 0.0, 0.0);
+    plant.place_weights([0.0, 0.02]);
+    plant.advance(0.5);
+    let begin = plant.weights()[1];
+    plant.advance(10.0);
+    let crept = plant.weights()[1] - begin;
+    assert!(crept.abs() < 1e-9 && (begin - 0.02).abs() < 1e-4, "crept {crept:.1e} m from {begin:.4} m");
+}

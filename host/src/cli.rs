@@ -1,5 +1,6 @@
 //! The command line: what can be asked, and the check of every name and number in it.
 
+use crate::console::parse_assignment;
 use crate::failure::Failure;
 use crate::suggest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -7,7 +8,6 @@ use hil_sim::experiment::{EXPERIMENTS, Experiment};
 use hil_sim::setup::{BodyKind, Push, Setup};
 use protocol::Id;
 use protocol::message::Precision;
-use protocol::parameter::TABLE;
 use std::path::PathBuf;
 
 /// A barrel with two sliding weights teaches itself to roll.
@@ -276,31 +276,12 @@ fn link(name: &str) -> Result<Link, String> {
     }
 }
 
-/// A parameter's name and value, checked against the table.
-///
-/// # Errors
-/// No such parameter, no number, or a number that it does not take; says the nearest that would do.
-pub fn assignment(text: &str) -> Result<(Id, f64), String> {
-    let (name, value) =
-        text.split_once('=').ok_or_else(|| format!("'{text}' is not NAME=VALUE; write for example epsC=0.2"))?;
-    let (name, value) = (name.trim(), value.trim());
-    let id = Id::from_name(name).ok_or_else(|| unknown_parameter(name))?;
-    if value.is_empty() {
-        return Err(format!("{name} = what? Write a number after '=', as in {name}={}", id.parameter().default));
+/// A parameter's name and value, checked against the table as the console does it.
+fn assignment(text: &str) -> Result<(Id, f64), String> {
+    if !text.contains('=') {
+        return Err(format!("'{text}' is not NAME=VALUE; write for example epsC=0.2"));
     }
-    let number: f64 = value
-        .parse()
-        .map_err(|_| format!("'{value}' is not a number; write for example {name}={}", id.parameter().default))?;
-    id.parameter()
-        .check(number)
-        .map_err(|reason| hil_sim::setup::SetError { id, value: number, reason }.to_string())?;
-    Ok((id, number))
-}
-
-/// What to say of a parameter that does not exist.
-pub fn unknown_parameter(name: &str) -> String {
-    let hint = suggest::did_you_mean(name, TABLE.iter().map(|p| p.name));
-    format!("there is no parameter '{name}'{hint}; `barrel list parameters` shows them all")
+    parse_assignment(text).map_err(|error| error.to_string())
 }
 
 fn push(text: &str) -> Result<Push, String> {
@@ -314,7 +295,9 @@ fn push(text: &str) -> Result<Push, String> {
         [start, torque, seconds] if start >= 0.0 && seconds > 0.0 && torque.abs() <= 1000.0 => {
             Ok(Push { start, torque, seconds })
         }
-        [_, _, _] => Err(format!("'{text}': a push starts at 0 s or later, lasts longer than 0 s and has at most 1000 N·m")),
+        [_, _, _] => {
+            Err(format!("'{text}': a push starts at 0 s or later, lasts longer than 0 s and has at most 1000 N·m"))
+        }
         _ => Err(format!("'{text}' is not a push; {usage}")),
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod cli;
 pub mod commands;
+pub mod console;
 pub mod csv;
 pub mod draft;
 pub mod failure;

@@ -1,7 +1,7 @@
 //! `barrel`: experiments with the self-organizing barrel, on the command line.
 
 use barrel::cli::{Cli, Command, RunArgs};
-use barrel::{commands, failure::Failure};
+use barrel::commands;
 use clap::Parser;
 use std::process::ExitCode;
 
@@ -13,7 +13,7 @@ fn main() -> ExitCode {
         Command::Export(args) => commands::export::export(&args),
         Command::Plot(args) => commands::plot::plot(&args),
         Command::List(args) => commands::list::list(&args),
-        Command::Console(_) => Ok(()),
+        Command::Console(args) => commands::console::console(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

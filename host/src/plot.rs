@@ -218,7 +218,8 @@ pub fn columns(table: &Table, names: &[String], title: &Title, path: &Path) -> R
 }
 
 fn nothing(table: &Table) -> PlotError {
-    let reason = if table.rows() == 0 { "it has no rows" } else { "it has none of a run's columns, such as x1, C11, E" };
+    let reason =
+        if table.rows() == 0 { "it has no rows" } else { "it has none of a run's columns, such as x1, C11, E" };
     PlotError::Nothing { source_name: table.source.clone(), reason: reason.into() }
 }
 

@@ -1,9 +1,14 @@
 //! What the console promises: lines that are nearly right get an answer that helps, and sets are all or nothing.
 
 use std::collections::HashMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::{Command as Process, Stdio};
+use std::time::Duration;
 
-use barrel::console::{Action, COMMANDS, Command, ConsoleError, Target, Topic, complete, execute, parameter_set, parse};
+use barrel::console::{
+    Action, COMMANDS, Command, ConsoleError, Target, Topic, complete, execute, parameter_set, parse,
+};
 use proptest::prelude::*;
 use protocol::Id;
 use protocol::parameter::TABLE;
@@ -164,7 +169,10 @@ fn a_stored_set_brings_every_parameter_back() {
 fn a_bad_set_is_named_by_line_and_changes_nothing() {
     let path = Path::new("my.txt");
     for (text, says) in [
-        ("epsA = 0.2\nepsx = 1\n", "my.txt, line 2: unknown parameter 'epsx': did you mean 'epsA'?; nothing was changed"),
+        (
+            "epsA = 0.2\nepsx = 1\n",
+            "my.txt, line 2: unknown parameter 'epsx': did you mean 'epsA'?; nothing was changed",
+        ),
         ("epsA = 0.2\n\nC11 =\n", "line 3: C11 = what?"),
         ("epsA = 99", "line 1: epsA = 99 is out of range 0 to 10; the nearest is 10"),
         ("epsA = 0.2\nepsA = 0.3\n", "line 2: epsA was set before, in line 1"),
@@ -200,4 +208,60 @@ fn tab_completes_commands_names_and_leaves_files_to_the_editor() {
     assert_eq!(complete("epsA = "), Some((7, vec![])));
     assert_eq!(complete("load ru"), None);
     assert_eq!(complete("").unwrap().1.len(), COMMANDS.len() + TABLE.len());
+}
+
+const CHILD: &str = "BARREL_TEST_CONSOLE_CHILD";
+
+/// Not a test of its own: the program at the other end of the pipe of [`a_pipe_works_like_a_keyboard`].
+#[test]
+fn the_child_obeys_standard_input() {
+    if std::env::var_os(CHILD).is_none() {
+        return;
+    }
+    let mut robot = Robot::default();
+    let mut console = Console::start(None);
+    loop {
+        match console.wait(Duration::from_secs(30)).expect("the pipe is silent") {
+            Input::Line(Ok(command)) => {
+                let text = execute(&command, &mut robot).unwrap_or_else(|error| error.to_string());
+                console.print(&text);
+                if command == Command::Act(Action::Quit) {
+                    break;
+                }
+            }
+            Input::Line(Err(error)) => console.print(&error.to_string()),
+            Input::End => {
+                console.print("the end");
+                break;
+            }
+        }
+    }
+    assert_eq!(console.poll(), None, "nothing comes after the end");
+}
+
+#[test]
+fn a_pipe_works_like_a_keyboard() {
+    for (typed, expected) in [
+        ("epsA = 0.25\nepsa\nquit\nepsA = 1\n", &["epsA = 0.25 1/step", "did you mean 'epsA'?", "Quit"][..]),
+        ("# comment\r\n§h1\r\nh1", &["unknown command or parameter", "h1 = 0", "the end"]),
+        ("", &["the end"]),
+    ] {
+        let mut child = Process::new(std::env::current_exe().unwrap())
+            .args(["--exact", "the_child_obeys_standard_input", "--nocapture"])
+            .env(CHILD, "1")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(typed.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success(), "{said}");
+        let mut rest = said.as_str();
+        for line in expected {
+            let at = rest.find(line).unwrap_or_else(|| panic!("{typed:?}: '{line}' is missing in {said}"));
+            rest = &rest[at + line.len()..];
+        }
+        assert!(!said.contains("epsA = 1 "), "a line after quit was read: {said}");
+    }
 }

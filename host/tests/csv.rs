@@ -34,7 +34,8 @@ fn header_and_numbers_have_the_promised_form() {
         "t,x1,x2,y1,y2,C11,C12,C21,C22,h1,h2,A11,A12,A21,A22,b1,b2,xi1,xi2,E,E_tle\n\
          0.06,0.1,-0.25,1,-1e-20,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1.1754944e-38,0\n"
     );
-    let plant = PlantRecord { omega: 0.1 + 0.2, phi: -0.0, position: [1e16, 1e-7, 123456.75], ..PlantRecord::default() };
+    let plant =
+        PlantRecord { omega: 0.1 + 0.2, phi: -0.0, position: [1e16, 1e-7, 123456.75], ..PlantRecord::default() };
     let text = written(Some(&plant), &[brain(0.0)]);
     assert!(text.lines().next().unwrap().ends_with(",E,E_tle,omega,phi,s1,s2,px,py,pz,tilt"), "{text}");
     assert!(text.ends_with(",0.30000000000000004,-0,0,0,1e16,1e-7,123456.75,0\n"), "{text}");
@@ -56,7 +57,9 @@ fn time_is_the_shortest_decimal_of_its_control_step() {
 
 #[test]
 fn both_formats_lay_out_their_digits_alike() {
-    for text in ["0.0001", "1e-5", "-1.25e-5", "1.5e-6", "1e-7", "1234567", "1e12", "1e13", "1.5e14", "1e16", "1e-20", "-0"] {
+    for text in
+        ["0.0001", "1e-5", "-1.25e-5", "1.5e-6", "1e-7", "1234567", "1e12", "1e13", "1.5e14", "1e16", "1e-20", "-0"]
+    {
         let text = text.replace("1e12", "1000000000000");
         assert_eq!(csv::shortest(text.parse::<f32>().unwrap()), text, "f32");
         assert_eq!(csv::shortest(text.parse::<f64>().unwrap()), text, "f64");
@@ -126,7 +129,10 @@ fn bad_files_are_told_apart_and_named() {
         ("t,x1,x2\n0,1,2\n0.02,NaN,2\n", "line 3, column x1: 'NaN' is not finite"),
         ("t,x1,x2\n0,1,-inf\n", "line 2, column x2: '-inf' is not finite"),
         ("t,x1,x2\n0,1,1e999\n", "line 2, column x2: '1e999' is not finite"),
-        ("t,x1,x2\n0,1,2\n0.02,3", "line 3: the last line is cut off ('0.02,3'); delete it to use the 1 rows before it"),
+        (
+            "t,x1,x2\n0,1,2\n0.02,3",
+            "line 3: the last line is cut off ('0.02,3'); delete it to use the 1 rows before it",
+        ),
         ("t,x1,x2\n0,1,2\n0.02,3,-", "line 3: the last line is cut off"),
     ] {
         assert!(complaint(text).contains(says), "{text:?}: {}", complaint(text));

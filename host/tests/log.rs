@@ -136,7 +136,8 @@ fn a_log_cut_off_anywhere_is_read_up_to_its_last_whole_chunk() {
     let (whole, ..) = all(&bytes).unwrap();
     let starts = records(&bytes);
     let near = starts.iter().flat_map(|&start| start - 2..start + 12);
-    let cuts: BTreeSet<usize> = near.chain(1..600).chain((600..bytes.len()).step_by(41)).chain([bytes.len() - 1]).collect();
+    let cuts: BTreeSet<usize> =
+        near.chain(1..600).chain((600..bytes.len()).step_by(41)).chain([bytes.len() - 1]).collect();
     let mut last = 0;
     let mut sizes = vec![0];
     assert!(matches!(reader(&[]), Err(LogError::Empty { .. })));

@@ -78,7 +78,9 @@ fn a_whole_run_is_one_picture_with_all_panels() {
     let path = folder.at("run.svg");
     plot::run(&made_up(3000, true), &title(), &path).unwrap();
     let svg = std::fs::read_to_string(&path).unwrap();
-    for text in ["controller C", "self-model A", "E time loop", "omega (rad/s)", "px (m)", "start", "time (s)", "seed 7"] {
+    for text in
+        ["controller C", "self-model A", "E time loop", "omega (rad/s)", "px (m)", "start", "time (s)", "seed 7"]
+    {
         assert!(svg.contains(text), "{text} is not in the picture");
     }
 }

@@ -65,8 +65,8 @@ pub fn encode<'b, M: Serialize>(sequence: u16, message: &M, buffer: &'b mut [u8]
 pub struct Sequence(u16);
 
 impl Sequence {
-    /// The number of the next frame.
-    pub fn next(&mut self) -> u16 {
+    /// Takes the number of the next frame.
+    pub fn take(&mut self) -> u16 {
         let number = self.0;
         self.0 = self.0.wrapping_add(1);
         number

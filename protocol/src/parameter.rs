@@ -82,7 +82,7 @@ impl Parameter {
 }
 
 macro_rules! parameters {
-    ($($id:ident $name:literal [$unit:literal] $min:literal .. $max:literal, $default:literal, $kind:ident, $scope:ident, $help:literal;)*) => {
+    ($($id:ident $name:literal [$unit:literal] $min:literal .. $max:expr, $default:expr, $kind:ident, $scope:ident, $help:literal;)*) => {
         /// Every parameter; the discriminant is its index in [`TABLE`] and on the wire.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u8)]
@@ -105,8 +105,8 @@ parameters! {
     Rule "rule" [""] 0.0 .. 3.0, 3.0, Whole, Brain, "learning rule: 0 open loop, 1 fixed controller, 2 homeostatic (Eq. 9), 3 homeokinetic (Eq. 12)";
     EpsA "epsA" ["1/step"] 0.0 .. 10.0, 0.1, Real, Brain, "learning rate of the self-model A, b (Eq. 7, 8); works under every rule";
     EpsC "epsC" ["1/step"] 0.0 .. 10.0, 0.1, Real, Brain, "learning rate of the controller C, h (Eq. 9, 10, 12)";
-    LambdaA "lambdaA" ["1/step"] 0.0 .. 1.0, 0.003, Real, Brain, "decay of A per control step";
-    LambdaB "lambdaB" ["1/step"] 0.0 .. 1.0, 0.001, Real, Brain, "decay of b per control step";
+    LambdaA "lambdaA" ["1/step"] 0.0 .. 1.0, 0.003, Real, Brain, "decay of A per control step; 0 keeps what is not learned";
+    LambdaB "lambdaB" ["1/step"] 0.0 .. 1.0, 0.001, Real, Brain, "decay of b per control step; 0 keeps what is not learned";
     LambdaC "lambdaC" ["1/step"] 0.0 .. 1.0, 0.0, Real, Brain, "decay of C per control step";
     LambdaH "lambdaH" ["1/step"] 0.0 .. 1.0, 0.0, Real, Brain, "decay of h per control step";
     ClipA "clipA" [""] 0.0 .. 1000.0, 0.1, Real, Brain, "largest change of an entry of A or b in one step (0 = none)";
@@ -151,9 +151,9 @@ parameters! {
     RollingResistance "rollingResistance" ["N m"] 0.0 .. 100.0, 0.0, Real, Plant, "Coulomb rolling resistance: torque that must be overcome to roll";
     Mu "mu" [""] 0.0 .. 10.0, 0.64, Real, Plant, "coefficient of friction between rim and ground";
     Gravity "gravity" ["m/s2"] 0.01 .. 100.0, 9.81, Real, Plant, "acceleration of gravity";
-    Phi0 "phi0" ["rad"] -1000.0 .. 1000.0, 0.7853981633974483, Real, Plant, "rotation about the cylinder axis at the start; pi/4 is the rest pose of C = I";
+    Phi0 "phi0" ["rad"] -1000.0 .. 1000.0, core::f64::consts::FRAC_PI_4, Real, Plant, "rotation about the cylinder axis at the start; pi/4 is the rest pose of C = I";
     Omega0 "omega0" ["rad/s"] -100.0 .. 100.0, 0.0, Real, Plant, "angular velocity about the cylinder axis at the start";
-    Tilt0 "tilt0" ["rad"] 0.0 .. 1.5707963267948966, 0.0, Real, Plant, "tilt of the cylinder axis from the horizontal at the start; pi/2 is upright";
+    Tilt0 "tilt0" ["rad"] 0.0 .. core::f64::consts::FRAC_PI_2, 0.0, Real, Plant, "tilt of the cylinder axis from the horizontal at the start; pi/2 is upright";
     SensorNoise "sensorNoise" [""] 0.0 .. 10.0, 0.1, Real, Sensor, "strength s of the inclination noise n <- n + sqrt(tau) U(-1,1) s - tau n per control step";
     SensorNoiseTau "sensorNoiseTau" [""] 0.001 .. 1.0, 0.05, Real, Sensor, "tau of the inclination noise: 0.05 coloured as in the original, 1 white";
 }

@@ -38,8 +38,9 @@ fn setup() -> Result<(), String> {
             println!("    present: {component}");
             continue;
         }
-        run(&format!("installing {component}"), &["rustup", "component", "add", component], &[])
-            .map_err(|why| format!("{why}\ninstall {component} for your Rust toolchain by hand, then run this again"))?;
+        run(&format!("installing {component}"), &["rustup", "component", "add", component], &[]).map_err(|why| {
+            format!("{why}\ninstall {component} for your Rust toolchain by hand, then run this again")
+        })?;
     }
     // lz4 is C: cargo needs a compiler for it, and its linker for everything.
     if quiet(&["cc", "--version"]) {

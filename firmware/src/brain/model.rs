@@ -39,15 +39,12 @@ impl<S: Scalar, const N: usize, const M: usize> Model<S, N, M> {
 
     /// Eq. 7 and 8: the model after learning from `ξ = xi` that followed `y`.
     ///
-    /// The whole change of an entry, decay included, is clipped to ±`clip_a`. `eps_a = 0` freezes
-    /// the model, decay included.
+    /// The whole change of an entry, decay included, is clipped to ±`clip_a`. The decay acts whatever
+    /// `eps_a` is, as printed: a model that shall stay needs both at 0.
     #[inline]
     #[must_use]
     pub fn learned(&self, y: &SVector<S, M>, xi: &SVector<S, N>, settings: &Settings<S>) -> Self {
         let s = settings;
-        if s.eps_a <= S::zero() {
-            return *self;
-        }
         let step = xi * s.eps_a;
         let (da, db) = (step * y.transpose() - self.a * s.lambda_a, step - self.b * s.lambda_b);
         Self::new(self.a + da.map(|d| d.clip(s.clip_a)), self.b + db.map(|d| d.clip(s.clip_a)))

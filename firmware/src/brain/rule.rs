@@ -155,7 +155,7 @@ pub fn homeostatic<W: Scalar, const N: usize, const M: usize>(
 }
 
 /// The controller after one step of `eps_c` in a direction, less its decay; the whole change of an
-/// entry is clipped to ±`clip_c` or ±`clip_h`. `eps_c = 0` freezes it, decay included.
+/// entry is clipped to ±`clip_c` or ±`clip_h`. The decay acts whatever `eps_c` is, as printed.
 #[inline]
 #[must_use]
 pub fn learned<W: Scalar, const N: usize, const M: usize>(
@@ -164,9 +164,6 @@ pub fn learned<W: Scalar, const N: usize, const M: usize>(
     settings: &Settings<W>,
 ) -> Controller<W, N, M> {
     let s = settings;
-    if s.eps_c <= W::zero() {
-        return *controller;
-    }
     let dc = direction.c * s.eps_c - controller.c * s.lambda_c;
     let dh = direction.h * s.eps_c - controller.h * s.lambda_h;
     Controller::new(controller.c + dc.map(|d| d.clip(s.clip_c)), controller.h + dh.map(|d| d.clip(s.clip_h)))

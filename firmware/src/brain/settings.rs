@@ -55,11 +55,11 @@ impl Rule {
 pub struct Settings<W: Scalar> {
     /// Which rule drives and teaches. Default [`Rule::Homeokinetic`].
     pub rule: Rule,
-    /// εA, learning rate of the model (Eq. 7, 8). Default 0.1: `A` settles in seconds at 50 Hz. 0
-    /// freezes the model, decay included, in every rule.
+    /// εA, learning rate of the model (Eq. 7, 8). Default 0.1: `A` settles in seconds at 50 Hz. It
+    /// works in every rule; at 0 only the decay is left.
     pub eps_a: W,
-    /// εC, learning rate of the controller (Eq. 9, 12). Default 0.1. 0 freezes the controller,
-    /// decay included.
+    /// εC, learning rate of the controller (Eq. 9, 12). Default 0.1. At 0 only the
+    /// decay is left.
     pub eps_c: W,
     /// λA, decay of `A` per step, 0 to 1. Default 0.003: lets a direction that is not excited be
     /// forgotten.

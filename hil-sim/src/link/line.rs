@@ -111,7 +111,7 @@ impl<T: Transport> Link for Line<T> {
     fn request(&mut self, message: &HostMessage) -> Result<Answer, LinkError> {
         let mut buffer = [0; MAX_FRAME];
         // Every message of the protocol fits: its tests say so.
-        let bytes = encode(self.sequence.next(), message, &mut buffer).ok_or(LinkError::NoAnswer)?;
+        let bytes = encode(self.sequence.take(), message, &mut buffer).ok_or(LinkError::NoAnswer)?;
         self.transport.write(bytes)?;
         self.note(Direction::ToRobot, bytes);
         self.await_answer(message)

@@ -47,8 +47,8 @@ impl Body {
     /// The barrel of the chapter: 1 m long and thick, 1 kg, two weights of 1 kg, axes through one point, moved by a force
     /// servo that is part of the body.
     ///
-    /// Its weights are points, as in the reference traces. The original's are spheres of radius 1/14 m, whose own inertia
-    /// turns the barrel by 0.03 rad less or more within 10 s of those traces: set `weight_radius` for that.
+    /// Its weights are points, as in the reference traces. The original's are spheres of radius 1/14 m: set `weight_radius` for
+    /// their own inertia, which shifts the roll by up to 0.03 rad within the 10 s of those traces.
     pub fn chapter() -> Self {
         Self {
             radius: 0.5,

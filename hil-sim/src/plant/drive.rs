@@ -123,7 +123,9 @@ pub(super) struct Axis {
     /// Inertia that takes part only in motion along the axis, kg.
     pub rotor_mass: f64,
     /// Largest acceleration the drive can give, m/s².
-    pub max_acceleration: f64,
+    max_acceleration: f64,
+    /// Longest step that follows the drive, s.
+    pub longest_step: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -134,17 +136,26 @@ enum Law {
 
 impl Axis {
     pub fn new(drive: &Drive, weight_mass: f64, stop: f64) -> Self {
-        let (law, rotor_mass, force) = match drive {
-            Drive::Servo(s) => (Law::Servo { kp: s.kp, ki: s.ki, kd: s.kd, max_force: s.max_force }, 0.0, s.max_force),
+        let (law, rotor_mass, force, spring, damper) = match drive {
+            Drive::Servo(s) => {
+                let law = Law::Servo { kp: s.kp, ki: s.ki, kd: s.kd, max_force: s.max_force };
+                (law, 0.0, s.max_force, s.kp, s.kp * s.kd)
+            }
             Drive::Motor(m) => {
                 let gain = m.stall_force * m.supply_voltage / m.nominal_voltage;
                 let drag = m.stall_force / m.no_load_speed + m.viscous;
-                (Law::Motor { gain, drag, coulomb: m.coulomb }, m.rotor_mass, gain)
+                let spring = m.coulomb / PRESLIDING;
+                let law = Law::Motor { gain, drag, coulomb: m.coulomb };
+                (law, m.rotor_mass, gain, spring, drag + spring * PRESLIDING_DAMPING)
             }
         };
         let mass = weight_mass + rotor_mass;
-        let max_acceleration = if weight_mass > 0.0 { force / mass } else { 0.0 };
-        Self { law, stop, stop_stiffness: STOP_STIFFNESS * mass, rotor_mass, max_acceleration }
+        let moves = weight_mass > 0.0;
+        let max_acceleration = if moves { force / mass } else { 0.0 };
+        // The shell gives way, so that a weight is lighter to move than its mass: by half, say.
+        let (fast, damped) = ((2.0 * spring / mass).sqrt(), 2.0 * damper / mass);
+        let longest_step = if moves { (0.4 / fast).min(1.0 / damped).clamp(1e-5, 1.0) } else { 1.0 };
+        Self { law, stop, stop_stiffness: STOP_STIFFNESS * mass, rotor_mass, max_acceleration, longest_step }
     }
 
     /// Force on the weight along its axis, N, and the rate of the drive's memory.
@@ -203,8 +214,9 @@ impl Axis {
     }
 }
 
-/// `value` limited to ±`limit`.
+/// `value` limited to ±`limit`, NaN to `limit`: two instructions, where `f64::clamp` and its care for NaN take more.
 #[inline(always)]
 pub(super) fn clip(value: f64, limit: f64) -> f64 {
-    value.min(limit).max(-limit)
+    let below = if value < limit { value } else { limit };
+    if below > -limit { below } else { -limit }
 }

@@ -158,8 +158,8 @@ impl Laws<'_> {
         let mut next = at.plus(&sum, h / 6.0);
 
         next.orientation /= next.orientation.norm();
-        for i in 0..2 {
-            next.grip[i] = self.ground.settle(next.grip[i], touch[i].as_ref());
+        for (i, touch) in touch.iter().enumerate() {
+            next.grip[i] = self.ground.settle(next.grip[i], touch.as_ref());
             next.sliders.memory[i] = self.axis.settle(next.sliders.memory[i]);
             next.sliders.v[i] = next.sliders.v[i].clamp(-SPEED_LIMIT, SPEED_LIMIT);
         }

@@ -4,9 +4,9 @@
 //! positive roll φ: e1 = (cos φ, 0, −sin φ), e2 = (sin φ, 0, cos φ), X = R φ. The inclinations that sensors see are the world-z
 //! components of the slider axes, lying (−sin φ, cos φ).
 //!
-//! One set of equations ([`dynamics`]) moves it. Where both rims stick to the ground and the axis is level, their
-//! projection on the one freedom left is integrated ([`rolling`], fast); a level barrel with nothing to tip it hops and
-//! slips in its plane ([`plane`]); everything else has all freedoms and compliant rims ([`free`], [`contact`]).
+//! One set of equations (`dynamics.rs`) moves it. Where both rims stick to the ground and the axis is level, their
+//! projection on the one freedom left is integrated (`rolling.rs`, fast); a level barrel with nothing to tip it hops and
+//! slips in its plane (`plane.rs`); everything else has all freedoms and compliant rims (`free.rs`, `contact.rs`).
 //! [`Plant::advance`] passes between them by itself.
 
 mod body;
@@ -14,6 +14,7 @@ mod contact;
 mod drive;
 mod dynamics;
 mod free;
+mod observe;
 mod plane;
 mod rolling;
 
@@ -24,9 +25,9 @@ use contact::{Grip, Ground, SUBSTEP};
 use drive::{Axis, SERVO_PERIOD, Setpoint, Sliders, clip};
 use dynamics::Inertia;
 use free::{Free, Laws, rotation};
-use nalgebra::{Matrix3, Quaternion, Vector3};
+use nalgebra::{Quaternion, Vector3};
 use plane::Loose;
-use rolling::{Line, Push, Reaction, Roll};
+use rolling::{Given, Line, Push, Reaction, Roll};
 
 /// Rates are kept below these, rad/s and m/s: a barrel pushed without end does not leave what the steps can follow.
 const SPIN_LIMIT: f64 = 150.0;
@@ -38,12 +39,14 @@ const CALM: f64 = 0.05;
 /// What calm is: slope of the axis, and speeds of both rims other than by rolling, of √(g R).
 const LEVEL: f64 = 2e-3;
 const STILL: f64 = 3e-3;
+/// A body that cannot tip needs no more than this many times that speed up or down.
+const BOUNCE: f64 = 10.0;
 /// While rolling: longest step near an end stop or at high speed, s, and what high speed is, rad/s.
 const SHORT_STEP: f64 = 1e-3;
 const FAST: f64 = 20.0;
-/// Longest step off the line in its plane, s, and how many pieces a step may be cut into by landings and catches.
+/// Longest step off the line in its plane, s, and how many landings and catches one step may see.
 const LOOSE_STEP: f64 = 2.5e-3;
-const PIECES: u32 = 64;
+const EVENTS: u32 = 50;
 
 /// How a barrel starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,16 +134,6 @@ struct OnLine {
     origin_angle: f64,
     /// Energy that the ground keeps, J.
     stored: f64,
-}
-
-/// Pose and motion, whatever the regime.
-struct Pose {
-    position: Vector3<f64>,
-    rotation: Matrix3<f64>,
-    velocity: Vector3<f64>,
-    /// Body axes.
-    angular: Vector3<f64>,
-    sliders: Sliders,
 }
 
 impl Plant {
@@ -273,10 +266,11 @@ impl Plant {
     pub fn set_body(&mut self, body: Body) -> Result<(), BodyError> {
         let body = Body { radius: self.body.radius, length: self.body.length, ..body };
         body.validate()?;
-        self.ground = Ground::new(&body, &self.inertia);
         self.line = Line::of(&body);
         self.body = body;
         self.couple_drive();
+        // After the masses, by which the ground's stiffness is chosen.
+        self.ground = Ground::new(&self.body, &self.inertia);
         Ok(())
     }
 
@@ -293,6 +287,8 @@ impl Plant {
         let mut drive = self.body.drive.clone();
         if let (Drive::Servo(servo), false) = (&mut drive, self.drive_on) {
             servo.max_force = 0.0;
+            // Nor does its integral wind up meanwhile.
+            servo.ki = 0.0;
         }
         self.axis = Axis::new(&drive, self.body.weight_mass, self.body.stop);
         self.inertia = Inertia::new(&self.body, &self.axis);
@@ -347,26 +343,25 @@ impl Plant {
         let delicate = at.loose.roll.omega.abs() > FAST
             || self.axis.near_stop(s[0], v[0], h, g)
             || self.axis.near_stop(s[1], v[1], h, g);
-        let longest = if delicate { SHORT_STEP } else { h };
-        let planar = self.body.axes_shift == 0.0 && push.pitch == 0.0 && push.yaw == 0.0 && push.aside == 0.0;
+        let longest = if delicate { SHORT_STEP } else { h }.min(self.axis.longest_step);
+        let planar = self.tips_by_nothing(&push);
         let mut left = h;
-        for _ in 0..PIECES {
+        // Landings and catches cut a step into more pieces than its length asks for.
+        let pieces = EVENTS + if longest < h { libm::ceil(h / longest) as u32 } else { 1 };
+        for _ in 0..pieces {
             if left < 1e-9 {
                 self.motion = Motion::Rolling(at);
                 return 0.0;
             }
-            let evenly = |longest: f64| left / libm::ceil(left / longest - 1e-9).max(1.0);
+            let evenly = |longest: f64| if left <= longest { left } else { left / libm::ceil(left / longest - 1e-9) };
             let mut taken = evenly(longest);
-            let held = if at.loose.on_line() {
-                self.line.step(&self.inertia, &self.axis, &at.loose.roll, told, &push, taken)
-            } else {
-                None
-            };
+            let held =
+                if at.loose.on_line() { self.line.step(&self.given(told, &push, taken), &at.loose.roll) } else { None };
             if let Some(roll) = held {
                 at.loose.roll = roll;
             } else if planar {
                 let dt = evenly(longest.min(LOOSE_STEP));
-                (at.loose, taken) = self.line.loose_step(&self.inertia, &self.axis, &at.loose, told, &push, dt);
+                (at.loose, taken) = self.line.loose_step(&self.given(told, &push, dt), &at.loose);
                 at.loose.slip = clip(at.loose.slip, SPEED_LIMIT);
                 at.loose.climb = clip(at.loose.climb, SPEED_LIMIT);
             } else {
@@ -388,7 +383,7 @@ impl Plant {
     /// Moves with all freedoms for `h` seconds.
     fn fly(&mut self, told: &Setpoint, h: f64) {
         let Motion::Free(mut at) = self.motion else { return };
-        let parts = libm::ceil(h / SUBSTEP - 1e-9).max(1.0);
+        let parts = libm::ceil(h / SUBSTEP.min(self.axis.longest_step) - 1e-9).max(1.0);
         let laws = self.laws();
         let mut deepest = self.deepest;
         for _ in 0..parts as u32 {
@@ -415,11 +410,17 @@ impl Plant {
         }
         let still = STILL * (self.body.gravity * self.body.radius).sqrt();
         let arm = 0.5 * self.body.length;
+        if at.velocity.dot(&axis).abs() > still || at.angular.x.abs() * arm > still || at.angular.z.abs() * arm > still
+        {
+            return false;
+        }
         let (.., touch) = self.laws().rate(at, &self.told, &self.load);
+        let grounded = touch.iter().all(Option::is_some);
+        // In the plane slip may go on, and a bounce that is nearly over may end.
+        if self.tips_by_nothing(&self.push_along([axis.y, -axis.x])) {
+            return grounded && at.velocity.z.abs() < BOUNCE * still;
+        }
         at.velocity.z.abs() < still
-            && at.velocity.dot(&axis).abs() < still
-            && at.angular.x.abs() * arm < still
-            && at.angular.z.abs() * arm < still
             && (0..2).all(|i| touch[i].is_some_and(|t| t.speed < still && self.ground.holds(&at.grip[i], &t)))
     }
 
@@ -433,7 +434,7 @@ impl Plant {
         let e1 = turned.column(0);
         let angle = libm::atan2(-e1.z, e1.x * heading[0] + e1.y * heading[1]);
         let stored = self.ground_energy(at);
-        let line = OnLine {
+        let mut line = OnLine {
             loose: loose(Roll { angle, omega: at.angular.y, sliders: at.sliders }),
             offset: angle - at.phi,
             heading,
@@ -443,9 +444,14 @@ impl Plant {
         };
         let push = self.push(&line);
         let begin = libm::sincos(angle);
-        let now =
-            self.line.instant(&self.inertia, &self.axis, &line.loose.roll, begin, &self.told, &push, self.body.step);
-        if !self.line.holds(&self.line.reaction(&self.inertia, &line.loose.roll, &now, &push)) {
+        let given = self.given(&self.told, &push, self.body.step);
+        let now = self.line.instant(&given, &line.loose.roll, begin);
+        let slip = at.velocity.x * heading[0] + at.velocity.y * heading[1] - self.body.radius * at.angular.y;
+        let still = STILL * (self.body.gravity * self.body.radius).sqrt();
+        if slip.abs() > still {
+            line.loose.slip = slip;
+        } else if !self.line.holds(&self.line.reaction(&given, &line.loose.roll, &now)) && !self.tips_by_nothing(&push)
+        {
             self.calm = 0.0;
             return;
         }
@@ -462,8 +468,9 @@ impl Plant {
     fn leave_line(&mut self, line: &OnLine, dt: f64) {
         let push = self.push(line);
         let begin = libm::sincos(line.loose.roll.angle);
-        let now = self.line.instant(&self.inertia, &self.axis, &line.loose.roll, begin, &self.told, &push, dt);
-        let mut force = self.line.reaction(&self.inertia, &line.loose.roll, &now, &push);
+        let given = self.given(&self.told, &push, dt);
+        let now = self.line.instant(&given, &line.loose.roll, begin);
+        let mut force = self.line.reaction(&given, &line.loose.roll, &now);
         if line.loose.lift > 0.0 {
             force = Reaction::default();
         }
@@ -496,6 +503,10 @@ impl Plant {
         self.calm = 0.0;
     }
 
+    fn given<'a>(&'a self, told: &'a Setpoint, push: &'a Push, dt: f64) -> Given<'a> {
+        Given { body: &self.inertia, axis: &self.axis, told, push, dt }
+    }
+
     fn laws(&self) -> Laws<'_> {
         Laws {
             inertia: &self.inertia,
@@ -506,9 +517,17 @@ impl Plant {
         }
     }
 
+    /// Whether a level barrel stays level off the line: its slider axes cross in one point and nothing pushes across.
+    fn tips_by_nothing(&self, push: &Push) -> bool {
+        self.body.axes_shift == 0.0 && push.pitch == 0.0 && push.yaw == 0.0 && push.aside == 0.0
+    }
+
     /// Pushes as rolling on the line feels them.
     fn push(&self, line: &OnLine) -> Push {
-        let [c, s] = line.heading;
+        self.push_along(line.heading)
+    }
+
+    fn push_along(&self, [c, s]: [f64; 2]) -> Push {
         let [fx, fy, fz] = self.load.force_world;
         let [tx, ty, tz] = self.load.torque_world;
         Push {
@@ -545,29 +564,6 @@ impl Plant {
         Vector3::new(speed * line.heading[0], speed * line.heading[1], line.loose.climb)
     }
 
-    fn pose(&self) -> Pose {
-        match &self.motion {
-            Motion::Rolling(line) => {
-                let (sin, cos) = libm::sincos(line.loose.roll.angle);
-                let [c, s] = line.heading;
-                Pose {
-                    position: self.line_position(line),
-                    rotation: Matrix3::new(cos * c, -s, sin * c, cos * s, c, sin * s, -sin, 0.0, cos),
-                    velocity: self.line_velocity(line),
-                    angular: Vector3::new(0.0, line.loose.roll.omega, 0.0),
-                    sliders: line.loose.roll.sliders,
-                }
-            }
-            Motion::Free(at) => Pose {
-                position: at.position,
-                rotation: rotation(&at.orientation),
-                velocity: at.velocity,
-                angular: at.angular,
-                sliders: at.sliders,
-            },
-        }
-    }
-
     /// Energy that the ground's and friction's springs hold, J.
     fn ground_energy(&self, at: &Free) -> f64 {
         let axis = rotation(&at.orientation).column(1).into_owned();
@@ -578,194 +574,6 @@ impl Plant {
             sum += self.ground.grip_energy(grip, self.ground.spread(rim.depth, rim.sin_tilt));
         }
         sum
-    }
-
-    /// What it is made of.
-    pub fn body(&self) -> &Body {
-        &self.body
-    }
-
-    /// Which equations move it at present.
-    pub fn regime(&self) -> Regime {
-        match self.motion {
-            Motion::Rolling(line) if line.loose.on_line() => Regime::Rolling,
-            Motion::Rolling(_) => Regime::Plane,
-            Motion::Free(_) => Regime::Free,
-        }
-    }
-
-    /// World-z components of the two slider axes, in ±1: what an ideal inclination sensor gives.
-    pub fn inclination(&self) -> [f64; 2] {
-        match &self.motion {
-            Motion::Rolling(line) => {
-                let (sin, cos) = libm::sincos(line.loose.roll.angle);
-                [-sin, cos]
-            }
-            Motion::Free(at) => {
-                let turned = rotation(&at.orientation);
-                [turned.m31, turned.m33]
-            }
-        }
-    }
-
-    /// Angular velocity about the cylinder axis, rad/s, positive rolling towards the heading.
-    pub fn omega(&self) -> f64 {
-        match &self.motion {
-            Motion::Rolling(line) => line.loose.roll.omega,
-            Motion::Free(at) => at.angular.y,
-        }
-    }
-
-    /// Integral of [`omega`](Self::omega) from the start's roll, rad.
-    pub fn phi(&self) -> f64 {
-        match &self.motion {
-            Motion::Rolling(line) => line.loose.roll.angle - line.offset,
-            Motion::Free(at) => at.phi,
-        }
-    }
-
-    /// Positions of the weights on their axes, m.
-    pub fn weights(&self) -> [f64; 2] {
-        self.sliders().s
-    }
-
-    /// Velocities of the weights along their axes, m/s.
-    pub fn weight_rates(&self) -> [f64; 2] {
-        self.sliders().v
-    }
-
-    /// Position of the middle of the cylinder, world axes, m.
-    pub fn position(&self) -> [f64; 3] {
-        self.pose().position.into()
-    }
-
-    /// Velocity of the middle of the cylinder, world axes, m/s.
-    pub fn velocity(&self) -> [f64; 3] {
-        self.pose().velocity.into()
-    }
-
-    /// Angular velocity, world axes, rad/s.
-    pub fn angular_velocity(&self) -> [f64; 3] {
-        let pose = self.pose();
-        (pose.rotation * pose.angular).into()
-    }
-
-    /// Angular velocity, body axes, rad/s: what an ideal gyroscope gives.
-    pub fn angular_velocity_body(&self) -> [f64; 3] {
-        self.pose().angular.into()
-    }
-
-    /// The body's axes X (first slider), Y (cylinder), Z (second slider) in world axes.
-    pub fn axes(&self) -> [[f64; 3]; 3] {
-        let r = self.pose().rotation;
-        [r.column(0).into_owned().into(), r.column(1).into_owned().into(), r.column(2).into_owned().into()]
-    }
-
-    /// Quaternion (w, x, y, z) from body to world axes.
-    pub fn orientation(&self) -> [f64; 4] {
-        let q = match &self.motion {
-            Motion::Rolling(line) => {
-                let heading = libm::atan2(line.heading[1], line.heading[0]);
-                about(Vector3::z(), heading) * about(Vector3::y(), line.loose.roll.angle)
-            }
-            Motion::Free(at) => at.orientation,
-        };
-        [q.w, q.i, q.j, q.k]
-    }
-
-    /// Angle of the cylinder axis from the horizontal, rad, in ±π/2; positive with +Y up.
-    pub fn tilt(&self) -> f64 {
-        match &self.motion {
-            Motion::Rolling(_) => 0.0,
-            Motion::Free(at) => {
-                let axis = rotation(&at.orientation).column(1).into_owned();
-                libm::atan2(axis.z, (axis.x * axis.x + axis.y * axis.y).sqrt())
-            }
-        }
-    }
-
-    /// Kinetic, potential (zero with everything at ground level) and elastic energy of ground, friction and end stops, J. The servo's
-    /// spring is an input and not part of it.
-    pub fn energy(&self) -> f64 {
-        let pose = self.pose();
-        let (n, w, g) = (&self.inertia, &pose.angular, self.inertia.gravity);
-        let mut sum = 0.5 * n.shell * pose.velocity.norm_squared() + n.shell * g * pose.position.z;
-        sum += 0.5 * (n.axial * w.y * w.y + n.transverse * (w.x * w.x + w.z * w.z));
-        for i in 0..2 {
-            let (at, velocity) = self.weight_motion(&pose, i);
-            sum += 0.5 * n.weight * velocity.norm_squared() + n.weight * g * at.z;
-            sum += 0.5 * n.rotor * pose.sliders.v[i] * pose.sliders.v[i];
-            sum += self.axis.energy(pose.sliders.s[i], pose.sliders.memory[i]);
-        }
-        sum + match &self.motion {
-            Motion::Rolling(line) => line.stored,
-            Motion::Free(at) => self.ground_energy(at),
-        }
-    }
-
-    /// Angular momentum about the common centre of mass, world axes, N·m·s.
-    pub fn angular_momentum(&self) -> [f64; 3] {
-        let pose = self.pose();
-        let (n, w) = (&self.inertia, &pose.angular);
-        let parts = [
-            (n.shell, pose.position, pose.velocity),
-            {
-                let (p, v) = self.weight_motion(&pose, 0);
-                (n.weight, p, v)
-            },
-            {
-                let (p, v) = self.weight_motion(&pose, 1);
-                (n.weight, p, v)
-            },
-        ];
-        let total = n.total();
-        let centre = parts.iter().map(|(m, p, _)| p * *m).sum::<Vector3<f64>>() / total;
-        let mut sum = pose.rotation * Vector3::new(n.transverse * w.x, n.axial * w.y, n.transverse * w.z);
-        for (m, p, v) in parts {
-            sum += (p - centre).cross(&(v * m));
-        }
-        sum.into()
-    }
-
-    /// Deepest any rim has been below ground since the start, m.
-    pub fn max_penetration(&self) -> f64 {
-        self.deepest
-    }
-
-    /// Acceleration less gravity of a point fixed in the shell (body axes, m), in body axes, m/s²: what an ideal
-    /// accelerometer there gives.
-    pub fn specific_force(&self, point: [f64; 3]) -> [f64; 3] {
-        let (linear, alpha, down) = match &self.motion {
-            Motion::Rolling(line) => {
-                let (sin, cos) = libm::sincos(line.loose.roll.angle);
-                let (push, roll, dt) = (self.push(line), &line.loose.roll, self.body.step);
-                let (ahead, up, alpha) = if line.loose.on_line() {
-                    let a =
-                        self.line.instant(&self.inertia, &self.axis, roll, (sin, cos), &self.told, &push, dt).omega_dot;
-                    (self.body.radius * a, 0.0, a)
-                } else {
-                    let course = self.line.riding(&self.inertia, &self.axis, &line.loose, &self.told, &push, dt);
-                    (course.ahead, course.up, course.alpha)
-                };
-                let linear = Vector3::new(ahead * cos - up * sin, 0.0, ahead * sin + up * cos);
-                (linear, Vector3::new(0.0, alpha, 0.0), [-sin, 0.0, cos])
-            }
-            Motion::Free(at) => {
-                let (_, a, _) = self.laws().rate(at, &self.told, &self.load);
-                let turned = rotation(&at.orientation);
-                (a.linear, a.angular, [turned.m31, turned.m32, turned.m33])
-            }
-        };
-        let (r, w) = (Vector3::from(point), Vector3::from(self.angular_velocity_body()));
-        let up = Vector3::from(down) * self.inertia.gravity;
-        (linear + alpha.cross(&r) + w.cross(&w.cross(&r)) + up).into()
-    }
-
-    fn weight_motion(&self, pose: &Pose, i: usize) -> (Vector3<f64>, Vector3<f64>) {
-        let e = if i == 0 { Vector3::x() } else { Vector3::z() };
-        let r = e * pose.sliders.s[i] + Vector3::y() * self.inertia.shift[i];
-        let inside = pose.angular.cross(&r) + e * pose.sliders.v[i];
-        (pose.position + pose.rotation * r, pose.velocity + pose.rotation * inside)
     }
 }
 

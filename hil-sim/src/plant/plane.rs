@@ -11,9 +11,8 @@
 //! and T = −μ N against the slip; a landing is an inelastic impulse under the same cone. Found by Hermite interpolation, the
 //! instant of landing ends a step early, and so does that of catching.
 
-use super::drive::{Axis, Setpoint, Sliders, clip};
-use super::dynamics::Inertia;
-use super::rolling::{Line, Push, Roll};
+use super::drive::{Sliders, clip};
+use super::rolling::{Given, Line, Roll};
 
 /// A roll with height and slip.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +65,8 @@ struct Bare {
 
 impl Line {
     #[inline]
-    fn bare(&self, body: &Inertia, axis: &Axis, at: &Roll, told: &Setpoint, push: &Push) -> Bare {
+    fn bare(&self, given: &Given, at: &Roll) -> Bare {
+        let Given { body, axis, told, push, .. } = *given;
         let Sliders { s, v, memory } = at.sliders;
         let (r, g, w, m) = (self.radius, body.gravity, at.omega, body.weight);
         let (f1, i1) = axis.force(told.value[0], told.rate[0], s[0], v[0], memory[0]);
@@ -98,17 +98,9 @@ impl Line {
         }
     }
 
-    fn course(
-        &self,
-        body: &Inertia,
-        axis: &Axis,
-        at: &Loose,
-        mode: Mode,
-        told: &Setpoint,
-        push: &Push,
-        dt: f64,
-    ) -> Course {
-        let bare = self.bare(body, axis, &at.roll, told, push);
+    fn course(&self, given: &Given, at: &Loose, mode: Mode) -> Course {
+        let Given { body, dt, .. } = *given;
+        let bare = self.bare(given, &at.roll);
         let (mut t, mut n, mut held) = (0.0, 0.0, 0.0);
         if let Mode::Slipping(way) = mode {
             let answer = bare.lift.climb - self.mu * way * bare.along.climb;
@@ -139,11 +131,11 @@ impl Line {
     }
 
     /// What the ground does at present to a barrel off the line.
-    fn mode(&self, body: &Inertia, axis: &Axis, at: &Loose, told: &Setpoint, push: &Push) -> Mode {
+    fn mode(&self, given: &Given, at: &Loose) -> Mode {
         if at.lift > 0.0 || at.climb > 0.0 {
             return Mode::Flying;
         }
-        let bare = self.bare(body, axis, &at.roll, told, push);
+        let bare = self.bare(given, &at.roll);
         let way = if at.slip != 0.0 {
             at.slip.signum()
         } else {
@@ -158,26 +150,19 @@ impl Line {
     }
 
     /// Accelerations now, for whoever rides along.
-    pub fn riding(&self, body: &Inertia, axis: &Axis, at: &Loose, told: &Setpoint, push: &Push, dt: f64) -> Course {
-        self.course(body, axis, at, self.mode(body, axis, at, told, push), told, push, dt)
+    pub fn riding(&self, given: &Given, at: &Loose) -> Course {
+        self.course(given, at, self.mode(given, at))
     }
 
-    /// One step of RK4 of at most `dt` seconds, ended by a landing or by the rims catching; and how long it was.
-    pub fn loose_step(
-        &self,
-        body: &Inertia,
-        axis: &Axis,
-        at: &Loose,
-        told: &Setpoint,
-        push: &Push,
-        dt: f64,
-    ) -> (Loose, f64) {
-        let mode = self.mode(body, axis, at, told, push);
+    /// One step of RK4 of at most the given length, ended by a landing or by the rims catching; and how long it was.
+    pub fn loose_step(&self, given: &Given, at: &Loose) -> (Loose, f64) {
+        let Given { axis, dt, .. } = *given;
+        let mode = self.mode(given, at);
         let go = |h: f64| {
-            let k1 = self.course(body, axis, at, mode, told, push, h).rate;
-            let k2 = self.course(body, axis, &at.plus(&k1, 0.5 * h), mode, told, push, h).rate;
-            let k3 = self.course(body, axis, &at.plus(&k2, 0.5 * h), mode, told, push, h).rate;
-            let k4 = self.course(body, axis, &at.plus(&k3, h), mode, told, push, h).rate;
+            let k1 = self.course(given, at, mode).rate;
+            let k2 = self.course(given, &at.plus(&k1, 0.5 * h), mode).rate;
+            let k3 = self.course(given, &at.plus(&k2, 0.5 * h), mode).rate;
+            let k4 = self.course(given, &at.plus(&k3, h), mode).rate;
             let mut next = at.plus(&k1.plus(&k2, 2.0).plus(&k3, 2.0).plus(&k4, 1.0), h / 6.0);
             next.roll.sliders.memory = next.roll.sliders.memory.map(|m| axis.settle(m));
             next
@@ -189,7 +174,7 @@ impl Line {
                 // A hop too short to be resolved lands where the step ends.
                 let (mut next, taken) = if part > 1e-3 { (go(part * dt), part * dt) } else { (next, dt) };
                 next.lift = 0.0;
-                (self.land(body, axis, next, told, push, false), taken)
+                (self.land(given, next, false), taken)
             }
             Mode::Slipping(way) if next.slip * way <= 0.0 => {
                 let part = if at.slip == 0.0 { 1.0 } else { at.slip / (at.slip - next.slip) };
@@ -197,7 +182,7 @@ impl Line {
                 let taken = if part > 1e-3 { part.min(1.0) * dt } else { dt };
                 next.lift = 0.0;
                 next.climb = 0.0;
-                (self.land(body, axis, next, told, push, true), taken)
+                (self.land(given, next, true), taken)
             }
             Mode::Slipping(_) => (Loose { lift: 0.0, climb: 0.0, ..next }, dt),
             Mode::Flying => (next, dt),
@@ -205,8 +190,9 @@ impl Line {
     }
 
     /// The inelastic impulse that ends a fall, and the slip too if the cone allows or it is over anyway (`catch`).
-    fn land(&self, body: &Inertia, axis: &Axis, mut at: Loose, told: &Setpoint, push: &Push, catch: bool) -> Loose {
-        let bare = self.bare(body, axis, &at.roll, told, push);
+    fn land(&self, given: &Given, mut at: Loose, catch: bool) -> Loose {
+        let body = given.body;
+        let bare = self.bare(given, &at.roll);
         let [mut t, mut n] = hold(&bare, [-at.slip, -at.climb]);
         let caught = catch || t.abs() <= self.mu * n.max(0.0);
         if !caught {

@@ -57,6 +57,17 @@ pub(super) struct Push {
     pub up: f64,
 }
 
+/// What does not change during a step.
+#[derive(Clone, Copy)]
+pub(super) struct Given<'a> {
+    pub body: &'a Inertia,
+    pub axis: &'a Axis,
+    pub told: &'a Setpoint,
+    pub push: &'a Push,
+    /// The step, s: the time over which rolling resistance may stop the barrel.
+    pub dt: f64,
+}
+
 /// What moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Roll {
@@ -90,18 +101,10 @@ pub(super) struct Instant {
 }
 
 impl Line {
-    /// Accelerations at an instant; `dt` is the step over which rolling resistance may stop the barrel.
+    /// Accelerations at an instant.
     #[inline(always)]
-    pub fn instant(
-        &self,
-        body: &Inertia,
-        axis: &Axis,
-        at: &Roll,
-        (sin, cos): (f64, f64),
-        told: &Setpoint,
-        push: &Push,
-        dt: f64,
-    ) -> Instant {
+    pub fn instant(&self, given: &Given, at: &Roll, (sin, cos): (f64, f64)) -> Instant {
+        let Given { body, axis, told, push, dt } = *given;
         let Sliders { s, v, memory } = at.sliders;
         let (r, g, w, m) = (self.radius, body.gravity, at.omega, body.weight);
         let (f1, i1) = axis.force(told.value[0], told.rate[0], s[0], v[0], memory[0]);
@@ -137,7 +140,8 @@ impl Line {
 
     /// Forces in the rims that make the motion of `now` come true.
     #[inline(always)]
-    pub fn reaction(&self, body: &Inertia, at: &Roll, now: &Instant, push: &Push) -> Reaction {
+    pub fn reaction(&self, given: &Given, at: &Roll, now: &Instant) -> Reaction {
+        let Given { body, push, .. } = *given;
         let (r, g, w, m, a) = (self.radius, body.gravity, at.omega, body.weight, now.omega_dot);
         let Sliders { s, v, .. } = at.sliders;
         let (sin, cos) = (now.sin, now.cos);
@@ -174,10 +178,11 @@ impl Line {
 
     /// One step of RK4, or `None` if the ground cannot hold the barrel on the line at its start.
     #[inline(always)]
-    pub fn step(&self, body: &Inertia, axis: &Axis, at: &Roll, told: &Setpoint, push: &Push, dt: f64) -> Option<Roll> {
+    pub fn step(&self, given: &Given, at: &Roll) -> Option<Roll> {
+        let Given { axis, dt, .. } = *given;
         let begin = libm::sincos(at.angle);
-        let k1 = self.instant(body, axis, at, begin, told, push, dt);
-        if !self.holds(&self.reaction(body, at, &k1, push)) {
+        let k1 = self.instant(given, at, begin);
+        if !self.holds(&self.reaction(given, at, &k1)) {
             return None;
         }
         let half = 0.5 * dt;
@@ -186,11 +191,11 @@ impl Line {
                 .turned(omega * h)
         };
         let two = ahead(at.omega, &k1, half);
-        let k2 = self.instant(body, axis, &two, turn(begin, at.omega * half), told, push, dt);
+        let k2 = self.instant(given, &two, turn(begin, at.omega * half));
         let three = ahead(two.omega, &k2, half);
-        let k3 = self.instant(body, axis, &three, turn(begin, two.omega * half), told, push, dt);
+        let k3 = self.instant(given, &three, turn(begin, two.omega * half));
         let four = ahead(three.omega, &k3, dt);
-        let k4 = self.instant(body, axis, &four, turn(begin, three.omega * dt), told, push, dt);
+        let k4 = self.instant(given, &four, turn(begin, three.omega * dt));
         let sixth = dt / 6.0;
         let mean = |a: f64, b: f64, c: f64, d: f64| sixth * (a + 2.0 * (b + c) + d);
         let pair = |pick: fn(&Sliders) -> [f64; 2], start: [f64; 2]| {
@@ -226,8 +231,10 @@ fn turn((sin, cos): (f64, f64), by: f64) -> (f64, f64) {
         let (s, c) = libm::sincos(by);
         return (sin * c + cos * s, cos * c - sin * s);
     }
+    // Terms in pairs: half as long a chain as Horner's.
     let x = by * by;
-    let s = by * (1.0 + x * (-1.0 / 6.0 + x * (1.0 / 120.0 + x * (-1.0 / 5040.0 + x * (1.0 / 362_880.0)))));
-    let c = 1.0 + x * (-0.5 + x * (1.0 / 24.0 + x * (-1.0 / 720.0 + x * (1.0 / 40_320.0 - x * (1.0 / 3_628_800.0)))));
+    let xx = x * x;
+    let s = by * ((1.0 - x * (1.0 / 6.0)) + xx * ((1.0 / 120.0 - x * (1.0 / 5040.0)) + xx * (1.0 / 362_880.0)));
+    let c = (1.0 - x * 0.5) + xx * ((1.0 / 24.0 - x * (1.0 / 720.0)) + xx * (1.0 / 40_320.0 - x * (1.0 / 3_628_800.0)));
     (sin * c + cos * s, cos * c - sin * s)
 }

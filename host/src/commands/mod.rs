@@ -1,6 +1,6 @@
 //! One file for each command.
 
-//pub mod console;
+pub mod console;
 pub mod export;
 pub mod list;
 pub mod plot;

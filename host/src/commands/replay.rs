@@ -10,12 +10,12 @@ use crate::failure::Failure;
 use crate::log::{self, Entry};
 use firmware::scalar::Fixed16;
 use firmware::{Robot, Scalar};
+use hil_sim::experiment::Experiment;
 use hil_sim::link::Direction;
 use hil_sim::record::BrainRecord;
 use hil_sim::replay::{self, Event};
 use hil_sim::run::{brain_of, robot_parameters, time};
 use hil_sim::setup::{BodyKind, Setup};
-use hil_sim::experiment::Experiment;
 use protocol::HostMessage;
 use std::io::{self, Write};
 use std::path::Path;
@@ -72,9 +72,10 @@ fn replay_csv(args: &ReplayArgs) -> Result<(), Failure> {
 /// Runs the sensors of `table` through a brain with the parameters of the command line.
 fn brain_alone<S: Written>(args: &ReplayArgs, table: &Table) -> Result<(), Failure> {
     let mut robot = Robot::<S>::default();
-    let experiment = args.experiment.or_else(|| Experiment::find("homeokinetic")).ok_or_else(|| {
-        Failure::bad("there is no homeokinetic experiment: this build is broken")
-    })?;
+    let experiment = args
+        .experiment
+        .or_else(|| Experiment::find("homeokinetic"))
+        .ok_or_else(|| Failure::bad("there is no homeokinetic experiment: this build is broken"))?;
     let mut setup = Setup::new(experiment, BodyKind::Chapter);
     for &(id, value) in &args.sets {
         setup.set(id, value).map_err(Failure::bad)?;
@@ -142,7 +143,11 @@ fn replay_log(args: &ReplayArgs) -> Result<(), Failure> {
     let mut told: Box<dyn Write> = if out_is_stdout(args) { Box::new(io::stderr()) } else { Box::new(io::stdout()) };
     let as_recorded = format == own && args.sets.is_empty();
     let text = if verdict.is_identical() {
-        format!("{} control steps replayed in {}: every frame of the robot is the same, bit for bit", verdict.steps, format.name())
+        format!(
+            "{} control steps replayed in {}: every frame of the robot is the same, bit for bit",
+            verdict.steps,
+            format.name()
+        )
     } else {
         format!(
             "{} control steps replayed in {}: {} of {} frames differ, by {:.3e} at most{}",
@@ -239,7 +244,7 @@ impl Comparison {
             }
             let Some(recorded) = table.get(name).and_then(|column| column.get(row)) else { continue };
             self.compared = true;
-            let difference = (recorded - number.to_f64()).abs();
+            let difference = (recorded - number.written().as_read()).abs();
             if difference > self.largest {
                 self.largest = difference;
                 self.at = Some((row, name));

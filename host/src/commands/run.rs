@@ -20,17 +20,42 @@ use std::time::{Duration, Instant};
 /// # Errors
 /// Parameters that make no barrel, files that cannot be written, a robot that does not answer.
 pub fn run(args: &RunArgs) -> Result<(), Failure> {
-    let LinkKind::InProcess = args.setup.link;
-    match args.setup.precision {
-        Format::F64 => record(args, line::<f64>()),
-        Format::F32 => record(args, line::<f32>()),
-        Format::Fixed => record(args, line::<Fixed16>()),
+    over_link(&args.setup, Recording(args))
+}
+
+/// Something to do with a robot, whatever its brain's number format.
+pub trait OverLink {
+    /// Does it with this robot.
+    ///
+    /// # Errors
+    /// Its own.
+    fn over(self, link: impl Link) -> Result<(), Failure>;
+}
+
+/// Reaches the robot that was asked for and does `what` with it.
+///
+/// # Errors
+/// Those of `what`.
+pub fn over_link(args: &SetupArgs, what: impl OverLink) -> Result<(), Failure> {
+    let LinkKind::InProcess = args.link;
+    match args.precision {
+        Format::F64 => what.over(line::<f64>()),
+        Format::F32 => what.over(line::<f32>()),
+        Format::Fixed => what.over(line::<Fixed16>()),
     }
 }
 
 /// A robot in this process, behind the wire protocol.
-pub fn line<S: Scalar>() -> Line<InProcess<S>> {
+fn line<S: Scalar>() -> Line<InProcess<S>> {
     Line::new(InProcess::new(Robot::default()))
+}
+
+struct Recording<'a>(&'a RunArgs);
+
+impl OverLink for Recording<'_> {
+    fn over(self, link: impl Link) -> Result<(), Failure> {
+        record(self.0, link)
+    }
 }
 
 fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
@@ -55,7 +80,13 @@ fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
     let speed = progress.finish(steps);
     recorder.finish()?;
     if !args.quiet {
-        println!("{} on the {} body, {} s, seed {}:", args.setup.experiment.name, run.setup().body.name(), args.duration, args.setup.seed);
+        println!(
+            "{} on the {} body, {} s, seed {}:",
+            args.setup.experiment.name,
+            run.setup().body.name(),
+            args.duration,
+            args.setup.seed
+        );
         for line in measures.summary() {
             println!("  {line}");
         }
@@ -71,7 +102,7 @@ fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
 /// The title of a run's picture.
 pub fn title(args: &SetupArgs, duration: f64) -> Title {
     Title {
-        heading: format!("{}: {}", args.experiment.name, args.experiment.summary),
+        heading: format!("{} ({})", args.experiment.name, args.experiment.section),
         details: format!(
             "{} body, seed {}, {duration} s{}",
             hil_sim::setup::BodyKind::from(args.body).name(),

@@ -128,7 +128,8 @@ pub fn parse(line: &str) -> Result<Command, ConsoleError> {
     let help = command(word).ok_or_else(|| unknown("command or parameter", word, words()))?;
     let words: Vec<&str> = rest.split_whitespace().collect();
     let usage = |reason: &str| ConsoleError::Usage { reason: format!("{word}: {reason}"), usage: help.usage };
-    let plain = |action| if words.is_empty() { Ok(Command::Act(action)) } else { Err(usage("nothing comes behind it")) };
+    let plain =
+        |action| if words.is_empty() { Ok(Command::Act(action)) } else { Err(usage("nothing comes behind it")) };
     match help.name {
         "help" => parse_topic(rest).map(Command::Help),
         "list" => parse_prefix(rest).map(Command::List),

@@ -15,7 +15,8 @@ use super::command::{begins_like, words};
 /// What the word at the end of `line` can become: where the word starts, and the names. Case does not matter for a
 /// match. `None` where a file name is due.
 pub fn complete(line: &str) -> Option<(usize, Vec<&'static str>)> {
-    let start = line.rfind(|c: char| c.is_whitespace() || c == '=').map_or(0, |at| at + 1);
+    let ends_word = |&(_, c): &(usize, char)| c.is_whitespace() || c == '=';
+    let start = line.char_indices().rfind(ends_word).map_or(0, |(at, c)| at + c.len_utf8());
     let (before, word) = line.split_at(start);
     let candidates: Vec<&'static str> = match before.split_whitespace().collect::<Vec<_>>()[..] {
         [] if !before.contains('=') => words().collect(),

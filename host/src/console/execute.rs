@@ -70,7 +70,11 @@ fn help(topic: Topic) -> String {
             for command in COMMANDS {
                 let _ = writeln!(text, "{:<22} {}", command.usage, command.help);
             }
-            let _ = write!(text, "{} parameters; Tab completes names, arrows bring back lines, # begins a comment", TABLE.len());
+            let _ = write!(
+                text,
+                "{} parameters; Tab completes names, arrows bring back lines, # begins a comment",
+                TABLE.len()
+            );
             text
         }
         Topic::Parameter(id) => {

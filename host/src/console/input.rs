@@ -112,7 +112,8 @@ impl Drop for Console {
     fn drop(&mut self) {
         if let Some(settings) = self.terminal.take().filter(|_| !self.ended) {
             let _ = Process::new("stty").arg(settings).stdin(Stdio::inherit()).status();
-            println!();
+            // The line editor had also asked for marks around what is pasted.
+            println!("\x1b[?2004l");
         }
     }
 }

@@ -260,11 +260,7 @@ fn next_record(machine: &mut LinearReader, input: &mut impl Read) -> Result<Opti
 }
 
 /// Takes one schema, channel or message; other topics than ours are passed over.
-fn read_record(
-    opcode: u8,
-    data: &[u8],
-    channels: &mut HashMap<u16, Option<Topic>>,
-) -> Result<Option<Entry>, String> {
+fn read_record(opcode: u8, data: &[u8], channels: &mut HashMap<u16, Option<Topic>>) -> Result<Option<Entry>, String> {
     if opcode != op::CHANNEL && opcode != op::MESSAGE {
         return Ok(None);
     }

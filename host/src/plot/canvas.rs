@@ -65,16 +65,22 @@ fn rgb(Color(red, green, blue): Color) -> RGBColor {
 
 impl<DB: DrawingBackend> Canvas for Sheet<'_, DB> {
     fn polyline(&mut self, points: &[(f64, f64)], color: Color, width: f64) {
-        let width = (width * self.scale).round().max(1.0) as u32;
-        let style = ShapeStyle { color: rgb(color).into(), filled: false, stroke_width: width };
+        let width = (width * self.scale).round().max(1.0) as i32;
+        let style = ShapeStyle { color: rgb(color).into(), filled: false, stroke_width: 1 };
         let points: Vec<(i32, i32)> = points.iter().map(|&point| self.at(point)).collect();
         if self.svg {
-            let result = self.area.draw(&PathElement::new(points, style));
+            let result = self.area.draw(&PathElement::new(points, ShapeStyle { stroke_width: width as u32, ..style }));
             self.keep(result);
-        } else {
-            // One by one: as one path, the library fills a single outline, which tears at sharp turns.
-            for segment in points.windows(2) {
-                let result = self.area.draw(&PathElement::new(segment.to_vec(), style));
+            return;
+        }
+        // A wide line is drawn as thin ones side by side: the library would fill a polygon for it, which is slow and
+        // tears at sharp turns.
+        for segment in points.windows(2) {
+            let [from, to] = [segment[0], segment[1]];
+            let steep = (to.0 - from.0).abs() < (to.1 - from.1).abs();
+            for offset in -(width / 2)..(width + 1) / 2 {
+                let shift = |(x, y)| if steep { (x + offset, y) } else { (x, y + offset) };
+                let result = self.area.draw(&PathElement::new(vec![shift(from), shift(to)], style));
                 self.keep(result);
             }
         }
@@ -112,13 +118,7 @@ impl<DB: DrawingBackend> Canvas for Sheet<'_, DB> {
 }
 
 /// Draws a picture of `width` by `height` pixels into a file.
-pub fn paint(
-    path: &Path,
-    svg: bool,
-    width: f64,
-    height: f64,
-    content: &dyn Fn(&mut dyn Canvas),
-) -> Result<(), String> {
+pub fn paint(path: &Path, svg: bool, width: f64, height: f64, content: &dyn Fn(&mut dyn Canvas)) -> Result<(), String> {
     static FONT_IS_THERE: OnceLock<bool> = OnceLock::new();
     let register = || {
         let bytes = epaint_default_fonts::UBUNTU_LIGHT;
@@ -133,12 +133,7 @@ pub fn paint(
     }
     let large = (size.0 * OVERSAMPLING, size.1 * OVERSAMPLING);
     let mut pixels = vec![0; large.0 as usize * large.1 as usize * 3];
-    fill(
-        &BitMapBackend::with_buffer(&mut pixels, large).into_drawing_area(),
-        f64::from(OVERSAMPLING),
-        false,
-        content,
-    )?;
+    fill(&BitMapBackend::with_buffer(&mut pixels, large).into_drawing_area(), f64::from(OVERSAMPLING), false, content)?;
     let small = average(&pixels, size);
     let mut backend = BitMapBackend::new(path, size);
     backend.blit_bitmap((0, 0), size, &small).map_err(|error| error.to_string())?;
@@ -169,8 +164,7 @@ fn average(pixels: &[u8], (width, height): (u32, u32)) -> Vec<u8> {
         for x in 0..width {
             for channel in 0..3 {
                 let corner = y * n * stride + x * n * 3 + channel;
-                let sum: usize =
-                    (0..n * n).map(|i| usize::from(pixels[corner + i / n * stride + i % n * 3])).sum();
+                let sum: usize = (0..n * n).map(|i| usize::from(pixels[corner + i / n * stride + i % n * 3])).sum();
                 small.push((sum / (n * n)) as u8);
             }
         }

@@ -1,0 +1,215 @@
+//! `barrel console`: a barrel that rolls while its parameters are shown, set, stored and loaded.
+
+use crate::cli::ConsoleArgs;
+use crate::commands::run::{OverLink, description, over_link, title};
+use crate::console::{Action, Command, Console, Input, Target, execute};
+use crate::failure::Failure;
+use crate::recorder::{Places, Recorder};
+use hil_sim::link::Link;
+use hil_sim::measure::Measures;
+use hil_sim::run::Run;
+use protocol::message::SafetyState;
+use protocol::{HostMessage, Id};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Runs the experiment at the speed asked for and carries out every line that is typed, until `quit`.
+///
+/// # Errors
+/// As `barrel run`.
+pub fn console(args: &ConsoleArgs) -> Result<(), Failure> {
+    over_link(&args.setup, Session(args))
+}
+
+struct Session<'a>(&'a ConsoleArgs);
+
+impl OverLink for Session<'_> {
+    fn over(self, link: impl Link) -> Result<(), Failure> {
+        let args = self.0;
+        let run = Run::start(args.setup.setup()?, link).map_err(Failure::bad)?;
+        let places = Places { csv: args.csv.clone(), log: args.log.clone(), plot: None };
+        let about = description(&args.setup, run.setup(), args.duration);
+        let values = run.setup().values.clone();
+        let recorder = Recorder::create(&places, &about, &values, title(&args.setup, 0.0))?;
+        let mut barrel = Barrel { run, recorder, speed: args.speed, pace: Pace::Going, quit: false };
+        let mut console = Console::start(history().as_deref());
+        console.print(&format!(
+            "{} on the {} body, seed {}; help explains, quit ends",
+            args.setup.experiment.name,
+            barrel.run.setup().body.name(),
+            args.setup.seed
+        ));
+        let measures = barrel.go_on(&mut console, args.duration.unwrap_or(f64::INFINITY))?;
+        barrel.recorder.finish()?;
+        for line in measures.summary() {
+            console.print(&line);
+        }
+        Ok(())
+    }
+}
+
+/// The file that keeps the lines from one console to the next.
+fn history() -> Option<PathBuf> {
+    let home = std::env::var_os("XDG_STATE_HOME")
+        .map(PathBuf::from)
+        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".local/state")))?;
+    let folder = home.join("barrel");
+    std::fs::create_dir_all(&folder).ok()?;
+    Some(folder.join("history"))
+}
+
+/// Whether the simulated time goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pace {
+    Going,
+    Paused,
+    /// So many steps, then pause.
+    Steps(u32),
+}
+
+/// A run that can be talked to.
+struct Barrel<L> {
+    run: Run<L>,
+    recorder: Recorder,
+    speed: f64,
+    pace: Pace,
+    quit: bool,
+}
+
+/// A run that falls further behind than this, s, does not try to catch up: as after a suspend, or at a speed that the
+/// machine cannot reach.
+const TOO_LATE: f64 = 0.25;
+/// How often a paused run looks for what happened.
+const NAP: Duration = Duration::from_millis(50);
+
+impl<L: Link> Barrel<L> {
+    /// Steps in pace with the clock, and carries out lines in between, until the end or `quit`.
+    fn go_on(&mut self, console: &mut Console, end: f64) -> Result<Measures, Failure> {
+        let mut measures = Measures::default();
+        let mut listening = true;
+        let mut state = SafetyState::Armed;
+        let (mut origin, mut speed) = ((Instant::now(), self.run.time()), self.speed);
+        while !self.quit && self.run.time() < end {
+            let due = (self.run.time() - origin.1) / self.speed;
+            let ahead = due - origin.0.elapsed().as_secs_f64();
+            if self.pace != Pace::Going || speed != self.speed || ahead < -TOO_LATE {
+                (origin, speed) = ((Instant::now(), self.run.time()), self.speed);
+            }
+            // The clock is waited for in naps, so that a line is carried out when it is typed.
+            let nap = match self.pace {
+                Pace::Going => Duration::try_from_secs_f64(ahead).unwrap_or_default().min(NAP),
+                Pace::Paused => NAP,
+                Pace::Steps(_) => Duration::ZERO,
+            };
+            let input = if !listening {
+                std::thread::sleep(nap);
+                None
+            } else if nap.is_zero() {
+                console.poll()
+            } else {
+                console.wait(nap)
+            };
+            match input {
+                Some(Input::Line(line)) => {
+                    self.line(line, console)?;
+                    continue;
+                }
+                // A script ends; the run goes on to its own end, if it has one.
+                Some(Input::End) => {
+                    listening = false;
+                    self.quit = !end.is_finite();
+                    self.pace = Pace::Going;
+                    continue;
+                }
+                None => {}
+            }
+            let is_due = match self.pace {
+                Pace::Going => (self.run.time() - origin.1) / self.speed <= origin.0.elapsed().as_secs_f64(),
+                Pace::Paused => false,
+                Pace::Steps(_) => true,
+            };
+            if is_due {
+                let record = self.run.step().map_err(Failure::broken)?;
+                self.recorder.step(&record, self.run.link_mut())?;
+                measures.add(&record);
+                let now = self.run.state();
+                if now != state {
+                    self.recorder.event(self.run.time(), "state", &format!("{now:?}"))?;
+                    console.print(&format!("{:.2} s: {now:?}", self.run.time()));
+                    state = now;
+                }
+                if let Pace::Steps(n) = self.pace {
+                    self.pace = if n > 1 { Pace::Steps(n - 1) } else { Pace::Paused };
+                }
+            }
+        }
+        Ok(measures)
+    }
+
+    fn line(
+        &mut self,
+        line: Result<Command, crate::console::ConsoleError>,
+        console: &mut Console,
+    ) -> Result<(), Failure> {
+        let t = self.run.time();
+        match line.and_then(|command| execute(&command, self).map(|said| (command, said))) {
+            Ok((command, said)) => {
+                console.print(&said);
+                match command {
+                    Command::Set(..) | Command::Load(_) => self.recorder.event(t, "parameter", &said)?,
+                    Command::Act(Action::Push { .. }) => self.recorder.event(t, "push", &said)?,
+                    _ => {}
+                }
+            }
+            Err(error) => console.print(&error.to_string()),
+        }
+        self.recorder.frames(t, self.run.link_mut())
+    }
+
+    fn command(&mut self, message: &HostMessage) -> Result<String, String> {
+        self.run.command(message).map(|state| format!("{state:?}")).map_err(|error| error.to_string())
+    }
+}
+
+impl<L: Link> Target for Barrel<L> {
+    fn get(&mut self, id: Id) -> Result<f64, String> {
+        self.run.get(id).map_err(|error| error.to_string())
+    }
+
+    fn set(&mut self, id: Id, value: f64) -> Result<f64, String> {
+        self.run.set(id, value).map_err(|error| error.to_string())
+    }
+
+    fn act(&mut self, action: Action) -> Result<String, String> {
+        match action {
+            Action::Push { torque, seconds } => {
+                self.run.push(torque, seconds);
+                Ok(format!("pushing with {torque} N m for {seconds} s from {:.2} s on", self.run.time()))
+            }
+            Action::Arm => self.command(&HostMessage::Arm),
+            Action::Disarm => self.command(&HostMessage::Disarm),
+            Action::Stop => self.command(&HostMessage::EmergencyStop),
+            Action::Clear => self.command(&HostMessage::ClearFault),
+            Action::Pause => {
+                self.pace = Pace::Paused;
+                Ok(format!("paused at {:.2} s", self.run.time()))
+            }
+            Action::Go => {
+                self.pace = Pace::Going;
+                Ok("going on".to_owned())
+            }
+            Action::Step(n) => {
+                self.pace = Pace::Steps(n);
+                Ok(String::new())
+            }
+            Action::Speed(speed) => {
+                self.speed = speed;
+                Ok(format!("{speed} x real time"))
+            }
+            Action::Quit => {
+                self.quit = true;
+                Ok(String::new())
+            }
+        }
+    }
+}
