@@ -1,6 +1,6 @@
 //! The `tabletop` body as its firmware sees it: the inertial sensor that tells the inclination, and the two servoed axes.
 //!
-//! The constants are those of the body in `docs/hardware.md`, which the simulator's `Body::tabletop` shares; a test
+//! The constants are those of the simulator's `Body::tabletop`, where the parts are named; a test
 //! compares the two.
 
 use nalgebra::Vector3;
@@ -29,8 +29,8 @@ pub const SERVO_PARAMETERS: [(Id, f64); 6] = [
     (Id::MaxForce, 20.0),
 ];
 
-/// One axis: rail, belt and motor.
-const AXIS: Axis = Axis {
+/// One axis of this body: rail, belt and motor.
+pub const AXIS: Axis = Axis {
     metres_per_count: 1.0 / COUNTS_PER_METRE,
     travel: 0.060,
     stop_play: 0.010,

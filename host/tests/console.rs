@@ -7,7 +7,7 @@ use std::process::{Command as Process, Stdio};
 use std::time::Duration;
 
 use barrel::console::{
-    Action, COMMANDS, Command, ConsoleError, Target, Topic, complete, execute, parameter_set, parse,
+    Action, COMMANDS, Command, Console, ConsoleError, Input, Target, Topic, complete, execute, parameter_set, parse,
 };
 use proptest::prelude::*;
 use protocol::Id;

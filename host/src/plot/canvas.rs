@@ -49,7 +49,27 @@ struct Sheet<'a, DB: DrawingBackend> {
 
 impl<DB: DrawingBackend> Sheet<'_, DB> {
     fn at(&self, point: (f64, f64)) -> (i32, i32) {
-        ((point.0 * self.scale).round() as i32, (point.1 * self.scale).round() as i32)
+        // Far off the sheet is off the sheet.
+        let pixel = |length: f64| (length * self.scale).round().clamp(-20_000.0, 20_000.0) as i32;
+        (pixel(point.0), pixel(point.1))
+    }
+
+    /// A line of so many pixels across its steeper axis. The library's own lose pixels in short flat pieces, and fill
+    /// polygons where they are wide, which is slow and tears at sharp turns.
+    fn segment(&mut self, from: (i32, i32), to: (i32, i32), color: Color, width: i32) {
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let steep = dx.abs() < dy.abs();
+        let steps = dx.abs().max(dy.abs()).max(1);
+        // Rounded to the nearest pixel, for either sign.
+        let part = |length: i32, i: i32| (2 * length * i + steps).div_euclid(2 * steps);
+        for i in 0..=steps {
+            let (x, y) = (from.0 + part(dx, i), from.1 + part(dy, i));
+            for across in -(width / 2)..(width + 1) / 2 {
+                let pixel = if steep { (x + across, y) } else { (x, y + across) };
+                let result = self.area.draw_pixel(pixel, &rgb(color));
+                self.keep(result);
+            }
+        }
     }
 
     fn keep<T, E: std::fmt::Display>(&mut self, result: Result<T, E>) {
@@ -66,22 +86,14 @@ fn rgb(Color(red, green, blue): Color) -> RGBColor {
 impl<DB: DrawingBackend> Canvas for Sheet<'_, DB> {
     fn polyline(&mut self, points: &[(f64, f64)], color: Color, width: f64) {
         let width = (width * self.scale).round().max(1.0) as i32;
-        let style = ShapeStyle { color: rgb(color).into(), filled: false, stroke_width: 1 };
         let points: Vec<(i32, i32)> = points.iter().map(|&point| self.at(point)).collect();
         if self.svg {
-            let result = self.area.draw(&PathElement::new(points, ShapeStyle { stroke_width: width as u32, ..style }));
+            let style = ShapeStyle { color: rgb(color).into(), filled: false, stroke_width: width as u32 };
+            let result = self.area.draw(&PathElement::new(points, style));
             self.keep(result);
-            return;
-        }
-        // A wide line is drawn as thin ones side by side: the library would fill a polygon for it, which is slow and
-        // tears at sharp turns.
-        for segment in points.windows(2) {
-            let [from, to] = [segment[0], segment[1]];
-            let steep = (to.0 - from.0).abs() < (to.1 - from.1).abs();
-            for offset in -(width / 2)..(width + 1) / 2 {
-                let shift = |(x, y)| if steep { (x + offset, y) } else { (x, y + offset) };
-                let result = self.area.draw(&PathElement::new(vec![shift(from), shift(to)], style));
-                self.keep(result);
+        } else {
+            for segment in points.windows(2) {
+                self.segment(segment[0], segment[1], color, width);
             }
         }
     }

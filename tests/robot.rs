@@ -1,0 +1,202 @@
+//! The robot as a host meets it: what it answers, what it refuses, and that nothing moves unless it is Armed.
+
+use firmware::{Port, Robot};
+use hil_sim::link::{InProcess, Line, Link, LinkError, Transport, hello};
+use hil_sim::plant::{Body, Drive};
+use protocol::message::{FaultCode, Precision, Refusal, SafetyState, Transducers};
+use protocol::{HostMessage, Id, RobotMessage, encode};
+
+fn robot() -> Line<InProcess<f32>> {
+    Line::new(InProcess::new(Robot::default()))
+}
+
+fn ask(line: &mut impl Link, message: HostMessage) -> RobotMessage {
+    line.request(&message).expect("an answer").message
+}
+
+/// A robot that takes simulated sensors and is Armed.
+fn armed() -> Line<InProcess<f32>> {
+    let mut line = robot();
+    ask(&mut line, HostMessage::SimulatedSensors(true));
+    assert_eq!(ask(&mut line, HostMessage::Arm), RobotMessage::State(SafetyState::Armed));
+    line
+}
+
+/// Chips of a barrel that lies still, x = (0, 1), with a last bit that flickers as noise does.
+fn still(k: i16) -> Transducers {
+    Transducers { accelerometer: [k % 3, 0, 8192], gyroscope: [k % 2, 0, 0], encoder: [0, 0] }
+}
+
+fn duty(line: &mut impl Link, transducers: Transducers) -> [f32; 2] {
+    match ask(line, HostMessage::Transducers(transducers)) {
+        RobotMessage::Actuators { duty } => duty,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn state(line: &mut impl Link) -> SafetyState {
+    match ask(line, HostMessage::Hello { version: protocol::VERSION, schema: protocol::SCHEMA }) {
+        RobotMessage::Hello { state, .. } => state,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn it_says_who_it_is() {
+    let identity = hello(&mut robot()).expect("the same build");
+    assert_eq!((identity.precision, identity.state), (Precision::F32, SafetyState::Disarmed));
+}
+
+#[test]
+fn every_message_is_answered_once_and_by_what_answers_it() {
+    for message in [
+        HostMessage::Hello { version: 9, schema: 9 },
+        HostMessage::Arm,
+        HostMessage::EmergencyStop,
+        HostMessage::Arm,
+        HostMessage::ClearFault,
+        HostMessage::Disarm,
+        HostMessage::Restart { seed: 4 },
+        HostMessage::SetParameter { index: 0, value: 2.0 },
+        HostMessage::SetParameter { index: 255, value: 2.0 },
+        HostMessage::GetParameter { index: 1 },
+        HostMessage::Inclination { x: [0.0, 1.0] },
+        HostMessage::SimulatedSensors(true),
+        HostMessage::Inclination { x: [f32::NAN, 1.0] },
+        HostMessage::Transducers(still(0)),
+    ] {
+        let mut answers = Vec::new();
+        let mut robot = Robot::<f32>::default();
+        robot.handle(&HostMessage::SimulatedSensors(true), &mut |_| {});
+        robot.handle(&message, &mut |reply| answers.push(*reply));
+        assert_eq!(answers.iter().filter(|a| message.is_answered_by(a)).count(), 1, "{message:?}: {answers:?}");
+    }
+}
+
+#[test]
+fn what_it_refuses_it_leaves_as_it_was() {
+    let mut line = robot();
+    let refused = |refusal| RobotMessage::Refused(refusal);
+    assert_eq!(ask(&mut line, HostMessage::Inclination { x: [0.0, 1.0] }), refused(Refusal::OwnSensors));
+    assert_eq!(ask(&mut line, HostMessage::GetParameter { index: 255 }), refused(Refusal::UnknownParameter));
+    let radius = Id::Radius.index();
+    assert_eq!(ask(&mut line, HostMessage::SetParameter { index: radius, value: 1.0 }), refused(Refusal::NotTheRobots));
+    for value in [f32::NAN, f32::INFINITY, -1.0, 11.0] {
+        let index = Id::EpsA.index();
+        assert_eq!(ask(&mut line, HostMessage::SetParameter { index, value }), refused(Refusal::BadValue));
+        assert_eq!(ask(&mut line, HostMessage::GetParameter { index }), RobotMessage::Parameter { index, value: 0.1 });
+    }
+    let mut line = armed();
+    assert_eq!(ask(&mut line, HostMessage::SimulatedSensors(false)), refused(Refusal::NotDisarmed));
+}
+
+#[test]
+fn a_sensor_that_is_no_number_faults_and_stops_the_motors() {
+    let mut line = armed();
+    ask(&mut line, HostMessage::Inclination { x: [0.3, 0.9] });
+    let RobotMessage::Telemetry(telemetry) = ask(&mut line, HostMessage::Inclination { x: [f32::NAN, 0.9] }) else {
+        panic!("no telemetry")
+    };
+    assert_eq!(telemetry.state, SafetyState::Fault(FaultCode::ImpossibleSensor));
+    assert_eq!(telemetry.y, [0.0; 2]);
+    assert!(telemetry.c.iter().chain(&telemetry.a).all(|n| n.is_finite()));
+    assert_eq!(ask(&mut line, HostMessage::Arm), RobotMessage::Refused(Refusal::InFault));
+    assert_eq!(ask(&mut line, HostMessage::ClearFault), RobotMessage::State(SafetyState::Disarmed));
+}
+
+#[test]
+fn motors_get_nothing_unless_armed() {
+    let mut line = robot();
+    ask(&mut line, HostMessage::SimulatedSensors(true));
+    for k in 0..50 {
+        assert_eq!(duty(&mut line, still(k)), [0.0; 2], "Disarmed");
+    }
+    ask(&mut line, HostMessage::Arm);
+    let driven = (0..50).any(|k| duty(&mut line, still(k)) != [0.0; 2]);
+    assert!(driven, "Armed, the weight goes down");
+    ask(&mut line, HostMessage::EmergencyStop);
+    for k in 0..50 {
+        assert_eq!(duty(&mut line, still(k)), [0.0; 2], "in Fault");
+    }
+    assert_eq!(state(&mut line), SafetyState::Fault(FaultCode::EmergencyStop));
+}
+
+#[test]
+fn a_dead_sensor_faults_in_the_same_tick() {
+    let mut line = armed();
+    for k in 0..30 {
+        duty(&mut line, still(k));
+    }
+    let dead = Transducers { accelerometer: [-1; 3], gyroscope: [-1; 3], encoder: [0, 0] };
+    assert_eq!(duty(&mut line, dead), [0.0; 2]);
+    assert_eq!(state(&mut line), SafetyState::Fault(FaultCode::ImpossibleSensor));
+}
+
+#[test]
+fn an_encoder_that_jumps_faults_in_the_same_tick() {
+    let mut line = armed();
+    for k in 0..30 {
+        duty(&mut line, still(k));
+    }
+    let jumped = Transducers { encoder: [300, 0], ..still(1) };
+    assert_eq!(duty(&mut line, jumped), [0.0; 2]);
+    assert_eq!(state(&mut line), SafetyState::Fault(FaultCode::ImpossibleSensor));
+}
+
+#[test]
+fn garbage_on_the_line_is_counted_and_the_next_frame_is_understood() {
+    let mut robot = Robot::<f32>::default();
+    let mut port = Port::default();
+    let mut buffer = [0; 128];
+    let frame = encode(0, &HostMessage::GetParameter { index: 0 }, &mut buffer).expect("fits").to_vec();
+    let mut answers = 0;
+    let garbage: Vec<u8> = (0..5000_u32).map(|i| (i * 2_654_435_761 >> 13) as u8).chain([0]).collect();
+    port.receive(&garbage, &mut robot, &mut |_| answers += 1);
+    assert_eq!(answers, 0);
+    assert!(port.garbled() > 0);
+    // In pieces of one byte, as a serial line may bring it.
+    for byte in frame {
+        port.receive(&[byte], &mut robot, &mut |_| answers += 1);
+    }
+    assert_eq!(answers, 1);
+}
+
+/// A wire that eats or changes what the robot says.
+struct Bad<T>(T, fn(&mut Vec<u8>));
+
+impl<T: Transport> Transport for Bad<T> {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        self.0.write(bytes)
+    }
+    fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError> {
+        self.0.read(buffer)?;
+        (self.1)(buffer);
+        if buffer.is_empty() { Err(LinkError::NoAnswer) } else { Ok(()) }
+    }
+}
+
+#[test]
+fn a_bad_wire_is_an_error_and_not_a_wrong_answer() {
+    let request = HostMessage::GetParameter { index: 0 };
+    let mut deaf = Line::new(Bad(InProcess::new(Robot::<f32>::default()), Vec::clear));
+    assert_eq!(deaf.request(&request), Err(LinkError::NoAnswer));
+    let mut noisy = Line::new(Bad(InProcess::new(Robot::<f32>::default()), |bytes| bytes[3] ^= 0x40));
+    assert!(matches!(noisy.request(&request), Err(LinkError::Garbled(_))));
+}
+
+#[test]
+fn the_firmware_and_the_simulator_mean_the_same_tabletop() {
+    use firmware::axes::{COUNTS_PER_METRE, IMU_POSITION, SERVO_PARAMETERS};
+    let body = Body::tabletop();
+    assert_eq!(IMU_POSITION.map(f64::from).map(|p| (p * 1e6).round()), body.imu_position.map(|p| (p * 1e6).round()));
+    assert_eq!(f64::from(COUNTS_PER_METRE), body.counts_per_metre);
+    let range = SERVO_PARAMETERS.iter().find(|(id, _)| *id == Id::Range).expect("in the list").1;
+    assert_eq!(range, body.range);
+    let Drive::Motor(motor) = &body.drive else { panic!("the tabletop has motors") };
+    let axis = firmware::axes::AXIS;
+    assert_eq!((axis.stall_force, axis.free_speed), (motor.stall_force as f32, motor.no_load_speed as f32));
+    assert!((f64::from(axis.travel) - body.range).abs() < 1e-6);
+    assert!(f64::from(axis.travel + axis.stop_play) > body.stop);
+    let radius = f64::from(firmware::attitude::AttitudeSettings::default().radius);
+    assert!((radius - body.radius).abs() < 1e-6);
+}
