@@ -8,8 +8,8 @@ use protocol::message::{FaultCode, Transducers};
 use protocol::{Id, Values};
 
 use crate::attitude::{Attitude, AttitudeSettings, ImuCalibration, ImuMonitor, ImuPatience};
-use crate::robot::SERVO_PERIOD;
 use crate::servo::{Axis, Servo, ServoSettings, Stall, setpoint};
+use crate::timing::SERVO_PERIOD;
 
 /// Where the inertial sensor sits, body axes, m.
 pub const IMU_POSITION: [f32; 3] = [0.040, 0.105, -0.038];

@@ -21,6 +21,7 @@ pub mod robot;
 pub mod safety;
 pub mod scalar;
 pub mod servo;
+pub mod timing;
 
 pub use port::Port;
 pub use robot::Robot;

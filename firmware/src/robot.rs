@@ -16,13 +16,7 @@ use crate::brain::{Brain, Controller, Drive, Model, Rule, Settings};
 use crate::noise::InclinationNoise;
 use crate::safety::{Event, Faults, Health, Outputs, Safety};
 use crate::scalar::Scalar;
-
-/// Time between two control steps, s.
-pub const CONTROL_PERIOD: f64 = 0.02;
-/// Time between two servo ticks, s.
-pub const SERVO_PERIOD: f64 = 0.001;
-/// Servo ticks in a control step.
-pub const SERVO_TICKS: u8 = 20;
+use crate::timing::SERVO_TICKS;
 
 /// What can go stale: inertial sensor and encoders.
 const SENSORS: usize = 2;
@@ -149,7 +143,7 @@ impl<S: Scalar> Robot<S> {
         reply(&answer);
     }
 
-    /// One servo tick, every [`SERVO_PERIOD`]: what the chips read in, the duty of both axes out (−1…1, zero unless Armed),
+    /// One servo tick, every [`crate::timing::SERVO_PERIOD`]: what the chips read in, the duty of both axes out (−1…1, zero unless Armed),
     /// and telemetry when the brain took a step.
     pub fn servo_tick(&mut self, transducers: &Transducers) -> (Outputs<2>, Option<Telemetry>) {
         let mut faults = Faults::NONE;
@@ -179,7 +173,7 @@ impl<S: Scalar> Robot<S> {
         (outputs, telemetry)
     }
 
-    /// One control step, every [`CONTROL_PERIOD`]: act on the inclinations, then learn.
+    /// One control step, every [`crate::timing::CONTROL_PERIOD`]: act on the inclinations, then learn.
     pub fn control_step(&mut self, x: [f32; 2]) -> Telemetry {
         if x.iter().all(|x| x.is_finite()) {
             self.think(x.map(S::from_f32));

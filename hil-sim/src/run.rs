@@ -9,7 +9,7 @@ use crate::plant::{BodyError, Load, Plant, Start};
 use crate::record::{BrainRecord, PlantRecord, Record};
 use crate::sensors::Sensors;
 use crate::setup::{BodyKind, Push, SetError, Setup};
-use firmware::robot::{CONTROL_PERIOD, SERVO_PERIOD, SERVO_TICKS};
+use firmware::timing::{CONTROL_PERIOD, SERVO_PERIOD, SERVO_TICKS};
 use firmware::{Robot, Scalar};
 use protocol::message::SafetyState;
 use protocol::parameter::Scope;

@@ -8,6 +8,7 @@ use hil_sim::record::Record;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use protocol::Values;
 
@@ -28,7 +29,8 @@ impl Places {
     /// # Errors
     /// A folder that cannot be made.
     pub fn run_folder(name: &str) -> Result<Places, Failure> {
-        let date = jiff::Zoned::now().strftime("%Y-%m-%d-%H%M%S");
+        // UTC, without the colons that some file systems refuse.
+        let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string().replace(':', "");
         let runs = Path::new("runs");
         fs::create_dir_all(runs).map_err(|error| cannot_write(runs, &error))?;
         let mut folder = runs.join(format!("{date}-{name}"));

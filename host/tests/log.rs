@@ -174,7 +174,7 @@ fn a_chunk_whose_header_was_never_completed_counts_as_cut_off() {
     torn.extend_from_slice(&[0xff; 8]);
     torn.extend_from_slice(&[0; 16]);
     torn.extend_from_slice(&[0xff; 12]);
-    torn.extend_from_slice(b"\x03\0\0\0lz4\xff\xff\xff\xff\xff\xff\xff\xffsome data");
+    torn.extend_from_slice(b"\0\0\0\0\xff\xff\xff\xff\xff\xff\xff\xffsome data");
     let (entries, truncated, damage) = all(&torn).unwrap();
     assert!(truncated && damage.is_none() && entries.is_empty(), "{damage:?}");
     assert_eq!(reader(&torn).unwrap().run()["seed"], "7");
@@ -198,7 +198,7 @@ fn a_changed_byte_is_noticed_and_nothing_false_is_read() {
 #[test]
 fn a_damaged_chunk_is_named_with_place_and_time() {
     let mut bytes = written(130);
-    // The third chunk: the second with data. Its middle is compressed content.
+    // The third chunk: the second with data. Its middle is content.
     let chunks: Vec<usize> = records(&bytes).into_iter().filter(|&at| bytes[at] == 0x06).collect();
     let at = chunks[2];
     bytes[at + 2000] ^= 1;

@@ -119,11 +119,11 @@ fn replay_log(args: &ReplayArgs) -> Result<(), Failure> {
     }
     let run = reader.run();
     let schema = format!("{:016x}", protocol::SCHEMA);
-    if let Some(recorded) = run.get("schema").filter(|recorded| **recorded != schema) {
+    if let Some(recorded) = run.get("schema_hash").filter(|recorded| **recorded != schema) {
         return Err(Failure::bad(format!(
             "{} was recorded with messages of schema {recorded}, this version has {schema}: replay it with version {}",
             args.file.display(),
-            run.get("version").map_or("the one that wrote it", String::as_str)
+            run.get("barrel_version").map_or("the one that wrote it", String::as_str)
         )));
     }
     let own = match run.get("precision").map(String::as_str) {

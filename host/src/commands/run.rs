@@ -139,10 +139,7 @@ pub fn description(args: &SetupArgs, setup: &Setup, duration: Option<f64>) -> BT
             ("seed", setup.seed.to_string()),
             ("duration", duration.map_or("open".to_owned(), |d| d.to_string())),
             ("command", command),
-            ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("firmware", firmware::robot::VERSION.map(|n| n.to_string()).join(".")),
-            ("protocol", protocol::VERSION.to_string()),
-            ("schema", format!("{:016x}", protocol::SCHEMA)),
+            ("firmware_version", firmware::robot::VERSION.map(|n| n.to_string()).join(".")),
         ]
         .map(|(name, value)| (name.to_owned(), value)),
     )

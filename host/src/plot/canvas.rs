@@ -1,5 +1,7 @@
 //! A sheet to draw on, in pixels, the same for PNG and SVG.
 
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -147,9 +149,15 @@ pub fn paint(path: &Path, svg: bool, width: f64, height: f64, content: &dyn Fn(&
     let mut pixels = vec![0; large.0 as usize * large.1 as usize * 3];
     fill(&BitMapBackend::with_buffer(&mut pixels, large).into_drawing_area(), f64::from(OVERSAMPLING), false, content)?;
     let small = average(&pixels, size);
-    let mut backend = BitMapBackend::new(path, size);
-    backend.blit_bitmap((0, 0), size, &small).map_err(|error| error.to_string())?;
-    backend.present().map_err(|error| error.to_string())
+    write_png(path, size, &small).map_err(|error| error.to_string())
+}
+
+fn write_png(path: &Path, (width, height): (u32, u32), rgb: &[u8]) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rgb)?;
+    writer.finish()
 }
 
 fn fill<DB: DrawingBackend>(
