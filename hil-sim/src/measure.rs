@@ -5,6 +5,9 @@ use crate::record::Record;
 /// Rolling means faster than this, rad/s: the chapter's barrel at rest trembles well below it.
 pub const ROLLING: f64 = 0.5;
 
+/// A barrel stands while its axis is steeper than this, rad.
+pub const STANDING: f64 = core::f64::consts::FRAC_PI_4;
+
 /// Measures gathered one record at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measures {
@@ -20,6 +23,8 @@ pub struct Measures {
     sum_error: f64,
     sum_time_loop_error: f64,
     max_tilt: f64,
+    stood: bool,
+    fell: Option<f64>,
     path: f64,
     last_position: Option<[f64; 3]>,
     first_controller: Option<f64>,
@@ -49,6 +54,12 @@ impl Measures {
         self.sum_error += f64::from(record.brain.error);
         self.sum_time_loop_error += f64::from(record.brain.time_loop_error);
         self.max_tilt = self.max_tilt.max(record.plant.tilt);
+        if record.plant.tilt > STANDING {
+            self.stood = true;
+            self.fell = None;
+        } else if self.stood {
+            self.fell.get_or_insert(t);
+        }
         self.last_controller = norm(&record.brain.c);
         self.first_controller.get_or_insert(self.last_controller);
     }
@@ -102,6 +113,11 @@ impl Measures {
         (self.first_controller.unwrap_or(0.0), self.last_controller)
     }
 
+    /// When the barrel, having stood, fell and did not get up again, s.
+    pub fn fell(&self) -> Option<f64> {
+        self.fell
+    }
+
     /// The steepest tilt of the cylinder axis, rad.
     pub fn max_tilt(&self) -> f64 {
         self.max_tilt
@@ -129,8 +145,13 @@ impl Measures {
                 (n, None) => format!("It turned back {n} times."),
             });
         }
-        if self.max_tilt > 0.1 {
-            lines.push(format!("Its axis tilted by up to {:.0} degrees.", self.max_tilt.to_degrees()));
+        match self.fell {
+            Some(t) => lines.push(format!("It stood upright and fell after {t:.1} s.")),
+            None if self.stood => lines.push("It stood upright to the end.".to_owned()),
+            None if self.max_tilt > 0.1 => {
+                lines.push(format!("Its axis tilted by up to {:.0} degrees.", self.max_tilt.to_degrees()));
+            }
+            None => {}
         }
         let (error, time_loop_error) = self.errors();
         let (first, last) = self.controller();

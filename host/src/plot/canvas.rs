@@ -155,6 +155,8 @@ pub fn paint(path: &Path, svg: bool, width: f64, height: f64, content: &dyn Fn(&
 fn write_png(path: &Path, (width, height): (u32, u32), rgb: &[u8]) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), width, height);
     encoder.set_color(png::ColorType::Rgb);
+    // Smaller files would take as long as the simulated run.
+    encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(rgb)?;
     writer.finish()
@@ -177,15 +179,18 @@ fn fill<DB: DrawingBackend>(
 /// Averages squares of pixels, rows of red, green, blue, down to `size`.
 fn average(pixels: &[u8], (width, height): (u32, u32)) -> Vec<u8> {
     let n = OVERSAMPLING as usize;
-    let (width, height) = (width as usize, height as usize);
-    let stride = width * n * 3;
-    let mut small = Vec::with_capacity(width * height * 3);
-    for y in 0..height {
-        for x in 0..width {
+    let stride = width as usize * n * 3;
+    let mut small = Vec::with_capacity((width * height) as usize * 3);
+    let mut sums = vec![0_u16; stride];
+    for rows in pixels.chunks_exact(stride * n).take(height as usize) {
+        sums.fill(0);
+        for row in rows.chunks_exact(stride) {
+            sums.iter_mut().zip(row).for_each(|(sum, &value)| *sum += u16::from(value));
+        }
+        for square in sums.chunks_exact(3 * n) {
             for channel in 0..3 {
-                let corner = y * n * stride + x * n * 3 + channel;
-                let sum: usize = (0..n * n).map(|i| usize::from(pixels[corner + i / n * stride + i % n * 3])).sum();
-                small.push((sum / (n * n)) as u8);
+                let sum: u16 = square.iter().skip(channel).step_by(3).sum();
+                small.push((sum / (n * n) as u16) as u8);
             }
         }
     }
