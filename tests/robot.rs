@@ -150,7 +150,7 @@ fn garbage_on_the_line_is_counted_and_the_next_frame_is_understood() {
     let mut buffer = [0; 128];
     let frame = encode(0, &HostMessage::GetParameter { index: 0 }, &mut buffer).expect("fits").to_vec();
     let mut answers = 0;
-    let garbage: Vec<u8> = (0..5000_u32).map(|i| (i * 2_654_435_761 >> 13) as u8).chain([0]).collect();
+    let garbage: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).chain([0]).collect();
     port.receive(&garbage, &mut robot, &mut |_| answers += 1);
     assert_eq!(answers, 0);
     assert!(port.garbled() > 0);

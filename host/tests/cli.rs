@@ -139,7 +139,10 @@ fn a_recording_that_is_none_is_refused() {
         ("damaged.mcap", &["damaged"]),
     ] {
         refused_in(f, &["replay", file], words);
-        refused_in(f, &["plot", file, "--out", "picture.png"], &[]);
+        // Without x2 it is no recording to replay, but there is something to draw.
+        if file != "header.csv" {
+            refused_in(f, &["plot", file, "--out", "picture.png"], &[]);
+        }
     }
     refused_in(f, &["plot", "good.csv", "--columns", "C11,omga"], &["omga", "omega"]);
     refused_in(f, &["export", "text.mcap", "--csv", "out.csv"], &["not an MCAP"]);

@@ -6,8 +6,11 @@
 //! F = clip(KP (e + I + D), ±maxForce)     İ = KI e, |I| ≤ 0.5     D = clip(KD (ṡ* − ṡ), ±0.9)
 //! ```
 //!
-//! The original evaluates it every 10 ms with a difference quotient of the error, so a new command counts as a set-point
-//! rate of (s*_new − s*_old)/10 ms for the 10 ms that follow it; with `derivative_on_measurement` ṡ* is left out.
+//! The original evaluates it every 10 ms with a difference quotient of the error, so a new command kicks the weights with
+//! KP·KD·(s*_new − s*_old), at most KP·0.9·10 ms, within the 10 ms that follow it. Here the same impulse is spread over the
+//! 20 ms to the next command, ṡ* being its rate: the barrel rolls at the same speed (C = U(0.1) … U(0.9), within 0.5 %), but
+//! without a 50 Hz sawtooth on ω that is always sampled at its peak, 4 % above the mean. With `derivative_on_measurement`
+//! ṡ* is left out.
 //! `tabletop` has brushed motors: F = stall·(duty·supply/nominal − ṡ/no-load speed) less the friction of the slide.
 
 /// How the weights are driven.
@@ -38,6 +41,13 @@ impl Servo {
     /// The original's gains: 200 N/m, 0.5 /s, 0.1 s, 200 N, derivative on the error.
     pub fn chapter() -> Self {
         Self { kp: 200.0, ki: 0.5, kd: 0.1, max_force: 200.0, derivative_on_measurement: false }
+    }
+}
+
+impl Servo {
+    /// The part of a set-point step, m, that the derivative of the original sees before it saturates.
+    pub(super) fn seen(&self, step: f64) -> f64 {
+        if self.kd > 0.0 { clip(step, DERIVATIVE_LIMIT * ORIGINAL_PERIOD / self.kd) } else { step }
     }
 }
 
@@ -80,8 +90,10 @@ impl Motor {
 /// Saturation of the servo's integral and derivative, m.
 const INTEGRAL_LIMIT: f64 = 0.5;
 const DERIVATIVE_LIMIT: f64 = 0.9;
-/// Period of the original's servo, s: how long a set-point step lasts in its derivative.
-pub(super) const SERVO_PERIOD: f64 = 0.010;
+/// Period of the original's servo, s.
+const ORIGINAL_PERIOD: f64 = 0.010;
+/// How long a set-point step lasts in the derivative, s: to the next command.
+pub(super) const SETPOINT_SPREAD: f64 = 0.020;
 /// Elastic travel before a slide held by Coulomb friction gives way, m.
 const PRESLIDING: f64 = 5e-5;
 /// Damping time of the elastic travel, s, about a third of critical for a third of a kilogram at 1 N.

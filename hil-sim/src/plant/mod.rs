@@ -22,7 +22,7 @@ pub use body::{Body, BodyError};
 pub use drive::{Drive, Motor, Servo};
 
 use contact::{Grip, Ground, SUBSTEP};
-use drive::{Axis, SERVO_PERIOD, Setpoint, Sliders, clip};
+use drive::{Axis, SETPOINT_SPREAD, Setpoint, Sliders, clip};
 use dynamics::Inertia;
 use free::{Free, Laws, rotation};
 use nalgebra::{Quaternion, Vector3};
@@ -230,9 +230,10 @@ impl Plant {
                         // What is left of the last set-point step is not lost.
                         for (i, target) in target.iter().enumerate() {
                             let pending = self.told.rate[i] * self.rate_left;
-                            self.told.rate[i] = (target - self.told.value[i] + pending) / SERVO_PERIOD;
+                            let step = servo.seen(target - self.told.value[i]);
+                            self.told.rate[i] = (step + pending) / SETPOINT_SPREAD;
                         }
-                        self.rate_left = SERVO_PERIOD;
+                        self.rate_left = SETPOINT_SPREAD;
                     }
                     self.told.value = target;
                 }

@@ -165,7 +165,7 @@ impl Progress {
 
     fn show(&self, done: u64, record: &Record) {
         // The clock is read once in a simulated second: it decides nothing but when to draw.
-        if done % 50 != 0 || self.bar.is_hidden() {
+        if !done.is_multiple_of(50) || self.bar.is_hidden() {
             return;
         }
         let elapsed = self.start.elapsed();
