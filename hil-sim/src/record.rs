@@ -1,6 +1,10 @@
 //! What is recorded of a run, one record per control step: the brain after learning, and the plant as it stands at the
 //! same instant.
 
+use crate::plant::Plant;
+use firmware::{Robot, Scalar};
+use protocol::Telemetry;
+
 /// The brain after one control step, in its own number format.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BrainRecord<T = f32> {
@@ -45,6 +49,22 @@ impl<T: Copy> BrainRecord<T> {
     }
 }
 
+impl BrainRecord {
+    /// What the robot says of its brain, at time `t`, s.
+    pub fn from_telemetry(telemetry: &Telemetry, t: f64) -> Self {
+        let Telemetry { x, y, c, h, a, b, xi, time_loop_error, .. } = *telemetry;
+        BrainRecord { t, x, y, c, h, a, b, xi, error: xi[0] * xi[0] + xi[1] * xi[1], time_loop_error }
+    }
+}
+
+impl<S: Scalar> BrainRecord<S> {
+    /// The brain of a robot at hand, in its own number format, at time `t`, s.
+    pub fn of(robot: &Robot<S>, t: f64) -> Self {
+        let firmware::robot::State { x, y, c, h, a, b, xi, error, time_loop_error } = *robot.state();
+        BrainRecord { t, x, y, c, h, a, b, xi, error, time_loop_error }
+    }
+}
+
 /// The simulated barrel at the same instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlantRecord {
@@ -58,6 +78,19 @@ pub struct PlantRecord {
     pub position: [f64; 3],
     /// Tilt of the cylinder axis from the horizontal, rad.
     pub tilt: f64,
+}
+
+impl PlantRecord {
+    /// The plant as it stands.
+    pub fn of(plant: &Plant) -> Self {
+        PlantRecord {
+            omega: plant.omega(),
+            phi: plant.phi(),
+            weights: plant.weights(),
+            position: plant.position(),
+            tilt: plant.tilt(),
+        }
+    }
 }
 
 /// One row of a run.

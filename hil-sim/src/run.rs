@@ -9,8 +9,8 @@ use crate::plant::{BodyError, Load, Plant, Start};
 use crate::record::{BrainRecord, PlantRecord, Record};
 use crate::sensors::Sensors;
 use crate::setup::{BodyKind, Push, SetError, Setup};
+use firmware::Robot;
 use firmware::timing::{CONTROL_PERIOD, SERVO_PERIOD, SERVO_TICKS};
-use firmware::{Robot, Scalar};
 use protocol::message::SafetyState;
 use protocol::parameter::Scope;
 use protocol::{HostMessage, Id, RobotMessage, Telemetry};
@@ -163,7 +163,7 @@ impl<L: Link> Run<L> {
     }
 
     fn record(&self, telemetry: &Telemetry) -> Record {
-        Record { brain: brain_record(telemetry, self.time()), plant: plant_record(&self.plant) }
+        Record { brain: BrainRecord::from_telemetry(telemetry, self.time()), plant: PlantRecord::of(&self.plant) }
     }
 
     /// Time of the next control step, s.
@@ -316,38 +316,4 @@ fn place_weights(plant: &mut Plant, setup: &Setup, sensors: &Sensors) {
     let y = scout.control_step(x).y;
     let range = setup.values.get(Id::Range);
     plant.place_weights(y.map(|y| -range * f64::from(y)));
-}
-
-/// The brain's part of a record, from telemetry.
-pub fn brain_record(telemetry: &Telemetry, t: f64) -> BrainRecord {
-    let Telemetry { x, y, c, h, a, b, xi, time_loop_error, .. } = *telemetry;
-    BrainRecord { t, x, y, c, h, a, b, xi, error: xi[0] * xi[0] + xi[1] * xi[1], time_loop_error }
-}
-
-/// The plant's part of a record.
-fn plant_record(plant: &Plant) -> PlantRecord {
-    PlantRecord {
-        omega: plant.omega(),
-        phi: plant.phi(),
-        weights: plant.weights(),
-        position: plant.position(),
-        tilt: plant.tilt(),
-    }
-}
-
-/// Everything a brain holds after a step, in its own number format.
-pub fn brain_of<S: Scalar>(robot: &Robot<S>, t: f64) -> BrainRecord<S> {
-    let state = robot.state();
-    BrainRecord {
-        t,
-        x: state.x,
-        y: state.y,
-        c: state.c,
-        h: state.h,
-        a: state.a,
-        b: state.b,
-        xi: state.xi,
-        error: state.error,
-        time_loop_error: state.time_loop_error,
-    }
 }

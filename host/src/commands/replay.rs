@@ -14,7 +14,7 @@ use hil_sim::experiment::Experiment;
 use hil_sim::link::Direction;
 use hil_sim::record::BrainRecord;
 use hil_sim::replay::{self, Event};
-use hil_sim::run::{brain_of, robot_parameters, time};
+use hil_sim::run::{robot_parameters, time};
 use hil_sim::setup::{BodyKind, Setup};
 use protocol::HostMessage;
 use std::io::{self, Write};
@@ -94,7 +94,7 @@ fn brain_alone<S: Written>(args: &ReplayArgs, table: &Table) -> Result<(), Failu
         if robot.safety_state() != protocol::SafetyState::Armed {
             return Err(Failure::broken(format!("row {}: a number in the brain is no longer finite", k + 1)));
         }
-        let record = brain_of(&robot, time(k as u64));
+        let record = BrainRecord::of(&robot, time(k as u64));
         comparison.add(table, k, &record);
         out.write(&record)?;
     }
@@ -170,7 +170,7 @@ fn frames_alone<S: Written>(args: &ReplayArgs, frames: &[(Direction, Vec<u8>)]) 
     let mut rows: Vec<BrainRecord<S>> = Vec::new();
     let verdict = replay::replay::<S>(frames.iter().map(|(d, b)| (*d, &b[..])), &args.sets, |event| match event {
         Event::Restart => rows.clear(),
-        Event::Step(robot) => rows.push(brain_of(robot, time(rows.len() as u64))),
+        Event::Step(robot) => rows.push(BrainRecord::of(robot, time(rows.len() as u64))),
     });
     let mut out = Output::create(args.csv.as_deref())?;
     for row in &rows {
