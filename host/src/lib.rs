@@ -1,5 +1,8 @@
 //! The parts of the `barrel` command: the command line, one file for each command, recorder, plots, console.
 
+#[macro_use]
+mod say;
+
 pub mod cli;
 pub mod commands;
 pub mod console;

@@ -224,6 +224,19 @@ fn every_list_lists() {
     }
 }
 
+#[test]
+fn a_reader_who_leaves_early_is_no_error() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_barrel"))
+        .args(["list", "parameters"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("barrel starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("ends");
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
+}
+
 /// The console, with a script instead of a person.
 #[test]
 fn the_console_sets_shows_stores_and_loads_while_the_run_goes_on() {

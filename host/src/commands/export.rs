@@ -11,7 +11,7 @@ use crate::log;
 pub fn export(args: &ExportArgs) -> Result<(), Failure> {
     let csv = args.csv.clone().unwrap_or_else(|| args.log.with_extension("csv"));
     let export = log::export(&args.log, &csv).map_err(Failure::bad)?;
-    println!("{} rows written to {}", export.rows, csv.display());
+    say!("{} rows written to {}", export.rows, csv.display());
     if export.truncated {
         eprintln!("barrel: {} was cut off: this is all of it up to its last whole chunk", args.log.display());
     }

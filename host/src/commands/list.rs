@@ -15,9 +15,9 @@ pub fn list(args: &ListArgs) -> Result<(), Failure> {
     match args.what {
         None => {
             experiments();
-            println!();
+            say!("");
             bodies();
-            println!("\nMore: barrel list parameters, barrel list columns");
+            say!("\nMore: barrel list parameters, barrel list columns");
         }
         Some(Listing::Experiments) => experiments(),
         Some(Listing::Bodies) => bodies(),
@@ -28,19 +28,20 @@ pub fn list(args: &ListArgs) -> Result<(), Failure> {
 }
 
 fn experiments() {
-    println!("Experiments (barrel run NAME):");
+    say!("Experiments (barrel run NAME):");
     for e in EXPERIMENTS {
-        println!("  {:<17} {} ({})", e.name, e.summary, e.section);
-        let preset: Vec<String> = e.preset.iter().map(|(id, value)| format!("{}={value:.4}", id.name())).collect();
-        println!("  {:<17}   {}", "", preset.join(" ").replace(".0000", ""));
+        say!("  {:<17} {} ({})", e.name, e.summary, e.section);
+        let preset: Vec<String> =
+            e.preset.iter().map(|(id, value)| format!("{}={}", id.name(), short(*value))).collect();
+        say!("  {:<17}   {}", "", preset.join(" "));
     }
 }
 
 fn bodies() {
-    println!("Bodies (--body NAME):");
+    say!("Bodies (--body NAME):");
     for kind in BodyKind::ALL {
         let body = kind.body();
-        println!(
+        say!(
             "  {:<9} {} m across, {} m long, {} kg and two weights of {} kg that slide by ±{} m",
             kind.name(),
             2.0 * body.radius,
@@ -54,10 +55,10 @@ fn bodies() {
 
 fn parameters() {
     let tabletop = defaults(BodyKind::Tabletop);
-    println!("{:<24} {:>10} {:>10}  {:<18} {:<7} help", "parameter", "chapter", "tabletop", "range", "unit");
+    say!("{:<24} {:>10} {:>10}  {:<18} {:<7} help", "parameter", "chapter", "tabletop", "range", "unit");
     for &id in Id::ALL {
         let p = id.parameter();
-        println!(
+        say!(
             "{:<24} {:>10} {:>10}  {:<18} {:<7} {}",
             p.name,
             short(p.default),
@@ -75,8 +76,8 @@ fn short(value: f64) -> String {
 }
 
 fn columns() {
-    println!("Columns of the CSV; those after E_tle only where there is a simulated barrel:");
+    say!("Columns of the CSV; those after E_tle only where there is a simulated barrel:");
     for column in BRAIN_COLUMNS.iter().chain(&PLANT_COLUMNS) {
-        println!("  {:<6} {:<6} {}", column.name, column.unit, column.help);
+        say!("  {:<6} {:<6} {}", column.name, column.unit, column.help);
     }
 }

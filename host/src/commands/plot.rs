@@ -18,7 +18,7 @@ pub fn plot(args: &PlotArgs) -> Result<(), Failure> {
     } else {
         plot::columns(&table, &args.columns, &title, &out).map_err(Failure::bad)?;
     }
-    println!("written: {}", out.display());
+    say!("written: {}", out.display());
     if truncated {
         eprintln!("barrel: {} was cut off: this is all of it up to its last whole chunk", args.file.display());
     }

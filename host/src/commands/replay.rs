@@ -100,7 +100,7 @@ fn brain_alone<S: Written>(args: &ReplayArgs, table: &Table) -> Result<(), Failu
     }
     out.finish()?;
     if !out_is_stdout(args) {
-        println!("{} rows replayed in {}", sensors.len(), Format::from(S::PRECISION).name());
+        say!("{} rows replayed in {}", sensors.len(), Format::from(S::PRECISION).name());
         comparison.print();
     }
     Ok(())
@@ -254,13 +254,11 @@ impl Comparison {
 
     fn print(&self) {
         match (self.compared, self.at) {
-            (false, _) => println!("the recording has no brain columns to compare with"),
-            (true, None) => println!("every recorded number of the brain is reproduced"),
-            (true, Some((row, name))) => println!(
-                "largest difference from the recorded brain: {:.3e}, in {name} of row {}",
-                self.largest,
-                row + 1
-            ),
+            (false, _) => say!("the recording has no brain columns to compare with"),
+            (true, None) => say!("every recorded number of the brain is reproduced"),
+            (true, Some((row, name))) => {
+                say!("largest difference from the recorded brain: {:.3e}, in {name} of row {}", self.largest, row + 1)
+            }
         }
     }
 }

@@ -80,7 +80,7 @@ fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
     let speed = progress.finish(steps);
     recorder.finish()?;
     if !args.quiet {
-        println!(
+        say!(
             "{} on the {} body, {} s, seed {}:",
             args.setup.experiment.name,
             run.setup().body.name(),
@@ -88,12 +88,12 @@ fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
             args.setup.seed
         );
         for line in measures.summary() {
-            println!("  {line}");
+            say!("  {line}");
         }
-        println!("  Simulated and recorded at {speed:.0} x real time.");
-        println!("Written:");
+        say!("  Simulated and recorded at {speed:.0} x real time.");
+        say!("Written:");
         for file in places.files() {
-            println!("  {}", file.display());
+            say!("  {}", file.display());
         }
     }
     Ok(())
