@@ -120,117 +120,69 @@ pub trait Scalar:
     }
 }
 
-impl Scalar for f32 {
-    type Wide = Self;
-    const PRECISION: Precision = Precision::F32;
-    const MAX: Self = Self::MAX;
-    const SMALLEST: Self = Self::from_bits(1);
+/// A float: its name on the wire, and libm's functions for it.
+macro_rules! float {
+    ($name:ident, $precision:ident, $abs:ident, $tanh:ident, $sin:ident, $exp:ident, $sqrt:ident) => {
+        impl Scalar for $name {
+            type Wide = Self;
+            const PRECISION: Precision = Precision::$precision;
+            const MAX: Self = Self::MAX;
+            const SMALLEST: Self = Self::from_bits(1);
 
-    #[inline]
-    fn widen(self) -> Self {
-        self
-    }
-    #[inline]
-    fn narrow(wide: Self) -> Self {
-        wide
-    }
-    #[inline]
-    fn from_f64(value: f64) -> Self {
-        value as Self
-    }
-    #[inline]
-    fn from_f32(value: f32) -> Self {
-        value
-    }
-    #[inline]
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-    #[inline]
-    fn to_f32(self) -> f32 {
-        self
-    }
-    #[inline]
-    fn is_finite(self) -> bool {
-        Self::is_finite(self)
-    }
-    #[inline]
-    fn abs(self) -> Self {
-        libm::fabsf(self)
-    }
-    #[inline]
-    fn tanh(self) -> Self {
-        libm::tanhf(self)
-    }
-    #[inline]
-    fn sin(self) -> Self {
-        libm::sinf(self)
-    }
-    #[inline]
-    fn exp(self) -> Self {
-        libm::expf(self)
-    }
-    #[inline]
-    fn sqrt(self) -> Self {
-        libm::sqrtf(self)
-    }
+            #[inline]
+            fn widen(self) -> Self {
+                self
+            }
+            #[inline]
+            fn narrow(wide: Self) -> Self {
+                wide
+            }
+            #[inline]
+            fn from_f64(value: f64) -> Self {
+                value as Self
+            }
+            #[inline]
+            fn from_f32(value: f32) -> Self {
+                Self::from(value)
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn to_f32(self) -> f32 {
+                self as f32
+            }
+            #[inline]
+            fn is_finite(self) -> bool {
+                Self::is_finite(self)
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                libm::$abs(self)
+            }
+            #[inline]
+            fn tanh(self) -> Self {
+                libm::$tanh(self)
+            }
+            #[inline]
+            fn sin(self) -> Self {
+                libm::$sin(self)
+            }
+            #[inline]
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+        }
+    };
 }
 
-impl Scalar for f64 {
-    type Wide = Self;
-    const PRECISION: Precision = Precision::F64;
-    const MAX: Self = Self::MAX;
-    const SMALLEST: Self = Self::from_bits(1);
-
-    #[inline]
-    fn widen(self) -> Self {
-        self
-    }
-    #[inline]
-    fn narrow(wide: Self) -> Self {
-        wide
-    }
-    #[inline]
-    fn from_f64(value: f64) -> Self {
-        value
-    }
-    #[inline]
-    fn from_f32(value: f32) -> Self {
-        Self::from(value)
-    }
-    #[inline]
-    fn to_f64(self) -> f64 {
-        self
-    }
-    #[inline]
-    fn to_f32(self) -> f32 {
-        self as f32
-    }
-    #[inline]
-    fn is_finite(self) -> bool {
-        Self::is_finite(self)
-    }
-    #[inline]
-    fn abs(self) -> Self {
-        libm::fabs(self)
-    }
-    #[inline]
-    fn tanh(self) -> Self {
-        libm::tanh(self)
-    }
-    #[inline]
-    fn sin(self) -> Self {
-        libm::sin(self)
-    }
-    #[inline]
-    fn exp(self) -> Self {
-        libm::exp(self)
-    }
-    #[inline]
-    fn sqrt(self) -> Self {
-        libm::sqrt(self)
-    }
-}
+float!(f32, F32, fabsf, tanhf, sinf, expf, sqrtf);
+float!(f64, F64, fabs, tanh, sin, exp, sqrt);
 
 /// 16 integer and 16 fraction bits, range ±32 768, resolution 1.5e-5: the state of a brain on a
 /// microcontroller without a floating-point unit.
