@@ -43,6 +43,11 @@ pub enum RunError {
     Set(SetError),
     /// The parameter only matters at the start.
     OnlyAtStart(Id),
+    /// The simulated barrel left what its equations can follow.
+    Plant {
+        /// When, s.
+        t: f64,
+    },
 }
 
 impl fmt::Display for RunError {
@@ -54,6 +59,10 @@ impl fmt::Display for RunError {
             RunError::OnlyAtStart(id) => {
                 write!(f, "{} only matters at the start: give it with --set when the run begins", id.name())
             }
+            RunError::Plant { t } => write!(
+                f,
+                "the simulated barrel broke down at {t:.2} s: its numbers are no longer finite; choose less extreme parameters"
+            ),
         }
     }
 }
@@ -79,6 +88,7 @@ impl<L: Link> Run<L> {
     /// Parameters that make no barrel; a robot that cannot be reached, differs in version or refuses.
     pub fn start(setup: Setup, mut link: L) -> Result<Self, RunError> {
         let mut plant = Plant::new(setup.plant_body(), start(&setup))?;
+        plant.count_roll_from(setup.values.get(Id::Phi0));
         let sensors = Sensors::new(&setup);
         hello(&mut link)?;
         demand(&mut link, &HostMessage::Disarm)?;
@@ -96,8 +106,11 @@ impl<L: Link> Run<L> {
     /// One control step of 20 ms.
     ///
     /// # Errors
-    /// A robot that does not answer, or that refuses its sensors.
+    /// A robot that does not answer, or that refuses its sensors; a plant that broke down.
     pub fn step(&mut self) -> Result<Record, RunError> {
+        if !(self.plant.phi().is_finite() && self.plant.position().iter().all(|p| p.is_finite())) {
+            return Err(RunError::Plant { t: self.time() });
+        }
         match self.setup.body {
             BodyKind::Chapter => self.step_inclination(),
             BodyKind::Tabletop => self.step_transducers(),
@@ -289,7 +302,7 @@ fn start(setup: &Setup) -> Start {
     if tilt == 0.0 {
         return Start::Lying { phi, omega };
     }
-    if tilt == Id::Tilt0.parameter().max && omega == 0.0 {
+    if tilt > core::f64::consts::FRAC_PI_2 - 1e-4 && omega == 0.0 && phi == 0.0 {
         return Start::Upright;
     }
     // First the roll about the cylinder axis, then the tilt about the heading.

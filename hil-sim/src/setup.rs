@@ -127,6 +127,9 @@ impl Setup {
         body.stop *= get(Id::Range) / body.range;
         body.range = get(Id::Range);
         body.radius = get(Id::Radius);
+        // They stay within the barrel, and so does the weight.
+        body.stop = body.stop.min(body.radius).max(body.range);
+        body.weight_radius = body.weight_radius.min(body.radius);
         body.length = get(Id::Length);
         body.shell_mass = get(Id::ShellMass);
         body.weight_mass = get(Id::WeightMass);

@@ -54,7 +54,7 @@ pub struct SetupArgs {
     #[arg(long, value_enum, default_value_t = Format::F32)]
     pub precision: Format,
     /// Seed of all randomness
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true)]
     pub seed: u64,
     /// Set a parameter, as in epsC=0.2 (repeatable; see `barrel list parameters`)
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]

@@ -52,7 +52,7 @@ pub const BRAIN_COLUMNS: [Column; 21] = [
     column("xi1", "", "prediction error of x1"),
     column("xi2", "", "prediction error of x2"),
     column("E", "", "prediction error, xi squared"),
-    column("E_tle", "", "time loop error, v squared"),
+    column("E_tle", "", "time loop error, v squared; 0 in the open loop"),
 ];
 
 /// What is recorded of the simulated barrel, as it stands at `t`.

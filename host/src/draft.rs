@@ -5,8 +5,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// A file in the making. Dropped without [`Draft::commit`], it leaves no trace.
+///
+/// A pipe or a device has no draft: what is written to it has gone. A link is followed to the file that it names.
 #[derive(Debug)]
 pub struct Draft {
+    /// Where to write; the target itself if that is no regular file.
     draft: PathBuf,
     target: PathBuf,
 }
@@ -19,7 +22,16 @@ impl Draft {
         if target.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
         }
-        let draft = target.with_file_name(format!(".{}-{}", std::process::id(), name.to_string_lossy()));
+        let name = name.to_string_lossy().into_owned();
+        if let Ok(real) = target.canonicalize() {
+            if !real.is_file() {
+                return Ok(Draft { draft: real.clone(), target: real });
+            }
+            let draft = real.with_file_name(format!(".{}-{name}", std::process::id()));
+            File::create(&draft)?;
+            return Ok(Draft { draft, target: real });
+        }
+        let draft = target.with_file_name(format!(".{}-{name}", std::process::id()));
         File::create(&draft)?;
         Ok(Draft { draft, target: target.into() })
     }
@@ -31,6 +43,9 @@ impl Draft {
 
     /// Makes the content safe on the disk, then moves it to its place, over whatever stood there.
     pub fn commit(self) -> io::Result<()> {
+        if self.draft == self.target {
+            return Ok(());
+        }
         File::options().append(true).open(&self.draft)?.sync_all()?;
         std::fs::rename(&self.draft, &self.target)
     }
@@ -38,7 +53,9 @@ impl Draft {
 
 impl Drop for Draft {
     fn drop(&mut self) {
-        // After a commit there is nothing left to remove.
-        let _ = std::fs::remove_file(&self.draft);
+        if self.draft != self.target {
+            // After a commit there is nothing left to remove.
+            let _ = std::fs::remove_file(&self.draft);
+        }
     }
 }

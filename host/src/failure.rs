@@ -23,6 +23,17 @@ impl Failure {
         Failure::Broken(error.to_string())
     }
 
+    /// Nothing wrong with a recording that is there; of one that is not, the nearest name.
+    ///
+    /// # Errors
+    /// A file that is not there.
+    pub fn unless_there(path: &std::path::Path) -> Result<(), Self> {
+        if path.exists() {
+            return Ok(());
+        }
+        Err(Failure::BadInput(format!("there is no {}{}", path.display(), crate::suggest::neighbour(path))))
+    }
+
     /// The exit code of the process.
     pub fn exit_code(&self) -> ExitCode {
         match self {

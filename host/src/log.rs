@@ -24,7 +24,7 @@ use hil_sim::link::Direction;
 use hil_sim::record::{BrainRecord, PlantRecord};
 use thiserror::Error;
 
-pub use read::{Export, Reader, export, read_table, table};
+pub use read::{Export, Reader, export, is_log, read_table, table};
 pub use write::Writer;
 
 /// Topic of the frames from host to robot.

@@ -54,6 +54,31 @@ impl Places {
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         [&self.csv, &self.log, &self.plot].into_iter().filter_map(|path| path.as_deref())
     }
+
+    /// Makes sure that every file can be written, before any of them is touched. Files that were not there are created and
+    /// noted in `made`.
+    fn try_all<'p>(&'p self, made: &mut Vec<&'p Path>) -> Result<(), Failure> {
+        for (i, path) in self.files().enumerate() {
+            if path == Path::new("-") {
+                return Err(Failure::bad("a run is written into files, not to standard output: give a file's name"));
+            }
+            if self.files().take(i).any(|other| other == path) {
+                return Err(Failure::bad(format!(
+                    "{} is asked for twice: give each file its own name",
+                    path.display()
+                )));
+            }
+        }
+        if let Some(path) = &self.plot {
+            plot::check_target(path).map_err(Failure::bad)?;
+        }
+        for path in self.csv.iter().chain(&self.log) {
+            let is_new = !path.exists();
+            fs::File::options().append(true).create(true).open(path).map_err(|error| cannot_write(path, &error))?;
+            made.extend(is_new.then_some(path.as_path()));
+        }
+        Ok(())
+    }
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
@@ -82,36 +107,21 @@ impl Recorder {
         title: plot::Title,
     ) -> Result<Self, Failure> {
         let mut made = Vec::new();
-        let opened = Self::open(places, run, values, title, &mut made);
-        if opened.is_err() {
+        if let Err(failure) = places.try_all(&mut made) {
             for path in made {
                 // What cannot be removed now was at least never a run.
                 let _ = fs::remove_file(path);
             }
+            return Err(failure);
         }
-        opened
-    }
-
-    fn open<'p>(
-        places: &'p Places,
-        run: &BTreeMap<String, String>,
-        values: &Values<f64>,
-        title: plot::Title,
-        made: &mut Vec<&'p Path>,
-    ) -> Result<Self, Failure> {
         let mut recorder = Recorder { csv: None, log: None, picture: None };
         if let Some(path) = &places.csv {
-            let is_new = !path.exists();
             recorder.csv = Some(csv::Writer::create(path, true).map_err(Failure::bad)?);
-            made.extend(is_new.then_some(path.as_path()));
         }
         if let Some(path) = &places.log {
-            let is_new = !path.exists();
             recorder.log = Some(log::Writer::create(path, run, values).map_err(Failure::bad)?);
-            made.extend(is_new.then_some(path.as_path()));
         }
         if let Some(path) = &places.plot {
-            plot::check_target(path).map_err(Failure::bad)?;
             let columns = vec![Vec::new(); BRAIN_COLUMNS.len() + PLANT_COLUMNS.len()];
             recorder.picture = Some((path.clone(), title, columns));
         }

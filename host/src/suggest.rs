@@ -1,5 +1,7 @@
 //! "Did you mean": the valid name nearest to a misspelt one.
 
+use std::path::Path;
+
 /// The candidate nearest to `name`, or `None` without candidates.
 ///
 /// A name that differs in case only wins, then a candidate that `name` is the beginning of, then the smallest edit
@@ -22,6 +24,20 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 /// `": did you mean 'epsA'?"`, ready to be put behind an error, or nothing without candidates.
 pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     nearest(name, candidates).map_or_else(String::new, |nearest| format!(": did you mean '{nearest}'?"))
+}
+
+/// The file in the same folder with the nearest name, as a question.
+pub fn neighbour(path: &Path) -> String {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Some(name) = path.file_name().map(|name| name.to_string_lossy()) else { return String::new() };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<String> = entries
+        .filter(|entry| entry.path().is_file())
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .filter(|file| *file != name)
+        .collect();
+    files.sort();
+    did_you_mean(&name, files.iter().map(String::as_str))
 }
 
 #[cfg(test)]

@@ -27,8 +27,10 @@ fn refused(args: &[&str], words: &[&str]) {
 }
 
 fn refused_in(folder: &Path, args: &[&str], words: &[&str]) {
-    let files =
-        || -> Vec<_> { fs::read_dir(folder).expect("readable").map(|e| e.expect("entry").file_name()).collect() };
+    let files = || -> Vec<_> {
+        let paths = fs::read_dir(folder).expect("readable").map(|e| e.expect("entry").path());
+        paths.map(|path| (fs::read(&path).ok(), path)).collect()
+    };
     let before = files();
     let output = barrel(folder, args);
     let said = text(&output.stderr);
@@ -76,6 +78,7 @@ fn a_value_out_of_range_is_told_the_range_and_the_nearest() {
 #[test]
 fn parameters_that_make_no_barrel_are_refused() {
     refused(&["run", "homeokinetic", "--set", "range=0.6"], &["range"]);
+    refused(&["run", "homeokinetic", "--set", "weightMass=60"], &["weightMass"]);
 }
 
 #[test]
@@ -106,6 +109,11 @@ fn a_place_that_cannot_be_written_is_refused() {
     refused(&["run", "homeokinetic", "--csv", "run.csv", "--log", "no/run.mcap"], &["no/run.mcap"]);
     refused(&["run", "homeokinetic", "--plot", "run.gif"], &["run.gif", ".png"]);
     let folder = TempDir::new().expect("a folder");
+    // What was there before stays as it was.
+    fs::write(folder.path().join("old.csv"), "precious").expect("written");
+    refused_in(folder.path(), &["run", "homeokinetic", "--csv", "old.csv", "--log", "no/run.mcap"], &["no/run.mcap"]);
+    refused_in(folder.path(), &["run", "homeokinetic", "--csv", "old.csv", "--plot", "x.gif"], &["x.gif"]);
+    refused_in(folder.path(), &["run", "homeokinetic", "--csv", "old.csv", "--log", "old.csv"], &["twice"]);
     fs::write(folder.path().join("runs"), "not a folder").expect("written");
     refused_in(folder.path(), &["run", "homeokinetic"], &["runs"]);
 }
@@ -147,6 +155,9 @@ fn a_recording_that_is_none_is_refused() {
     refused_in(f, &["plot", "good.csv", "--columns", "C11,omga"], &["omga", "omega"]);
     refused_in(f, &["export", "text.mcap", "--csv", "out.csv"], &["not an MCAP"]);
     refused_in(f, &["replay", "good.csv", "--csv", "no/such/folder.csv"], &["no/such/folder.csv"]);
+    refused_in(f, &["replay", "god.csv"], &["good.csv"]);
+    refused_in(f, &["replay", "good.csv", "--set", "radius=2"], &["radius"]);
+    refused_in(f, &["replay", "good.mcap", "--seed", "2"], &["--seed"]);
 }
 
 #[test]
@@ -183,6 +194,28 @@ fn a_run_writes_what_replay_and_export_reproduce() {
             assert!(was.starts_with(is), "{experiment} on {body}: recorded {was}, replayed {is}");
         }
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_is_followed_and_a_pipe_is_written_into() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    run_in(f, &["run", "homeokinetic", "--duration", "1", "--csv", "run.csv"]);
+    fs::write(f.join("real.csv"), "old").expect("written");
+    std::os::unix::fs::symlink("real.csv", f.join("link.csv")).expect("linked");
+    run_in(f, &["replay", "run.csv", "--csv", "link.csv"]);
+    assert!(f.join("link.csv").is_symlink(), "the link is still one");
+    assert_eq!(fs::read_to_string(f.join("real.csv")).expect("readable").lines().count(), 51);
+    let pipe = f.join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || fs::read_to_string(pipe).expect("readable").lines().count()
+    });
+    run_in(f, &["replay", "run.csv", "--csv", "pipe"]);
+    assert_eq!(reader.join().expect("read"), 51);
+    assert!(!pipe.is_file(), "a pipe stays a pipe");
 }
 
 #[test]

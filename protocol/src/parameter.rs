@@ -153,7 +153,7 @@ parameters! {
     Gravity "gravity" ["m/s2"] 0.01 .. 100.0, 9.81, Real, Plant, "acceleration of gravity";
     Phi0 "phi0" ["rad"] -1000.0 .. 1000.0, core::f64::consts::FRAC_PI_4, Real, Plant, "rotation about the cylinder axis at the start; pi/4 is the rest pose of C = I";
     Omega0 "omega0" ["rad/s"] -100.0 .. 100.0, 0.0, Real, Plant, "angular velocity about the cylinder axis at the start";
-    Tilt0 "tilt0" ["rad"] 0.0 .. core::f64::consts::FRAC_PI_2, 0.0, Real, Plant, "tilt of the cylinder axis from the horizontal at the start; pi/2 is upright";
+    Tilt0 "tilt0" ["rad"] 0.0 .. 1.571, 0.0, Real, Plant, "tilt of the cylinder axis from the horizontal at the start; pi/2 is upright";
     SensorNoise "sensorNoise" [""] 0.0 .. 10.0, 0.1, Real, Sensor, "strength s of the inclination noise n <- n + sqrt(tau) U(-1,1) s - tau n per control step";
     SensorNoiseTau "sensorNoiseTau" [""] 0.001 .. 1.0, 0.05, Real, Sensor, "tau of the inclination noise: 0.05 coloured as in the original, 1 white";
 }

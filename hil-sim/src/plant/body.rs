@@ -119,7 +119,7 @@ impl Body {
         within("weightMass", self.weight_mass, 0.0, 100.0)?;
         if self.weight_mass > 0.0 {
             // A weight is moved by forces divided by its mass: below this the servo outruns every step.
-            within("weightMass", self.weight_mass, 0.01 * self.shell_mass, 100.0)?;
+            within("weightMass", self.weight_mass, 0.01 * self.shell_mass, 20.0 * self.shell_mass)?;
         }
         within("weightRadius", self.weight_radius, 0.0, self.radius)?;
         within("range", self.range, 1e-3, self.radius)?;

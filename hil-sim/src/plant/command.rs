@@ -8,11 +8,19 @@ use super::{Body, BodyError, Ground, LOAD_LIMIT, Load, Motion, Plant};
 impl Plant {
     /// Puts the weights somewhere, m, at rest, with their servo's target there and its memory empty.
     pub fn place_weights(&mut self, s: [f64; 2]) {
-        let s = s.map(|s| if s.is_finite() { clip(s, self.body.stop) } else { 0.0 });
+        // Adding zero takes the sign off a negative one.
+        let s = s.map(|s| if s.is_finite() { clip(s, self.body.stop) + 0.0 } else { 0.0 });
         *self.sliders_mut() = Sliders { s, ..Sliders::default() };
         self.rate_left = 0.0;
         if matches!(self.body.drive, Drive::Servo(_)) {
             self.told = Setpoint { value: s.map(|s| clip(s, self.body.range)), rate: [0.0; 2] };
+        }
+    }
+
+    /// Lets φ count from `phi`, rad, on a barrel that does not lie and so has no roll of its own.
+    pub fn count_roll_from(&mut self, phi: f64) {
+        if let Motion::Free(free) = &mut self.motion {
+            free.phi = phi;
         }
     }
 

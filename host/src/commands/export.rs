@@ -9,6 +9,7 @@ use crate::log;
 /// # Errors
 /// A log that cannot be read or is damaged, a CSV that cannot be written; no CSV is then left behind.
 pub fn export(args: &ExportArgs) -> Result<(), Failure> {
+    Failure::unless_there(&args.log)?;
     let csv = args.csv.clone().unwrap_or_else(|| args.log.with_extension("csv"));
     let export = log::export(&args.log, &csv).map_err(Failure::bad)?;
     say!("{} rows written to {}", export.rows, csv.display());

@@ -1,7 +1,7 @@
 //! `barrel list`: what there is.
 
 use crate::cli::{ListArgs, Listing};
-use crate::csv::{BRAIN_COLUMNS, PLANT_COLUMNS};
+use crate::csv::{BRAIN_COLUMNS, PLANT_COLUMNS, shortest};
 use crate::failure::Failure;
 use hil_sim::experiment::EXPERIMENTS;
 use hil_sim::setup::{BodyKind, defaults};
@@ -32,7 +32,7 @@ fn experiments() {
     for e in EXPERIMENTS {
         say!("  {:<17} {} ({})", e.name, e.summary, e.section);
         let preset: Vec<String> =
-            e.preset.iter().map(|(id, value)| format!("{}={}", id.name(), short(*value))).collect();
+            e.preset.iter().map(|(id, value)| format!("{}={}", id.name(), shortest(*value))).collect();
         say!("  {:<17}   {}", "", preset.join(" "));
     }
 }

@@ -9,6 +9,7 @@ use crate::{log, plot};
 /// # Errors
 /// A recording that cannot be read, a column that it does not have, a picture that cannot be written.
 pub fn plot(args: &PlotArgs) -> Result<(), Failure> {
+    Failure::unless_there(&args.file)?;
     let out = args.out.clone().unwrap_or_else(|| args.file.with_extension("png"));
     plot::check_target(&out).map_err(Failure::bad)?;
     let (table, truncated) = log::read_table(&args.file).map_err(Failure::bad)?;

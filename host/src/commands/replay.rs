@@ -17,6 +17,7 @@ use hil_sim::replay::{self, Event};
 use hil_sim::run::{robot_parameters, time};
 use hil_sim::setup::{BodyKind, Setup};
 use protocol::HostMessage;
+use protocol::parameter::Scope;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -53,11 +54,19 @@ impl Written for Fixed16 {
 /// A recording that cannot be read, a CSV that cannot be written. A log that does not reproduce under its own settings is
 /// a failure too: one of the two robots is wrong.
 pub fn replay(args: &ReplayArgs) -> Result<(), Failure> {
-    if is_log(&args.file) { replay_log(args) } else { replay_csv(args) }
-}
-
-fn is_log(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
+    Failure::unless_there(&args.file)?;
+    if let Some((id, _)) =
+        args.sets.iter().find(|(id, _)| !matches!(id.parameter().scope, Scope::Brain | Scope::Stimulus))
+    {
+        return Err(Failure::bad(format!("{} does not act on the brain alone: replay cannot set it", id.name())));
+    }
+    if !log::is_log(&args.file) {
+        return replay_csv(args);
+    }
+    if args.experiment.is_some() || args.seed.is_some() {
+        return Err(Failure::bad("a log brings its own experiment and seed: leave --experiment and --seed out"));
+    }
+    replay_log(args)
 }
 
 fn replay_csv(args: &ReplayArgs) -> Result<(), Failure> {
@@ -207,22 +216,29 @@ impl Output {
     fn write<S: Written>(&mut self, record: &BrainRecord<S>) -> Result<(), Failure> {
         let row = record.map(S::written);
         match self {
-            Output::Standard(writer) => writer.write(&row, None),
-            Output::File(Some((writer, _))) => writer.write(&row, None),
+            Output::Standard(writer) => unless_left(writer.write(&row, None)),
+            Output::File(Some((writer, _))) => writer.write(&row, None).map_err(Failure::broken),
             Output::None | Output::File(None) => Ok(()),
         }
-        .map_err(Failure::broken)
     }
 
     fn finish(&mut self) -> Result<(), Failure> {
         match self {
             Output::None => Ok(()),
-            Output::Standard(writer) => writer.flush().map_err(Failure::broken),
+            Output::Standard(writer) => unless_left(writer.flush()),
             Output::File(file) => file.take().map_or(Ok(()), |(writer, draft)| {
                 writer.finish().map_err(Failure::broken)?;
                 draft.commit().map_err(Failure::broken)
             }),
         }
+    }
+}
+
+/// A reader of standard output who has gone, as `head` does, is no error.
+fn unless_left(result: Result<(), csv::CsvError>) -> Result<(), Failure> {
+    match result {
+        Err(csv::CsvError::Write { source, .. }) if source.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result.map_err(Failure::broken),
     }
 }
 

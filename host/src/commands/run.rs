@@ -77,8 +77,8 @@ fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
         measures.add(&record);
         progress.show(k + 1, &record);
     }
-    let speed = progress.finish(steps);
     recorder.finish()?;
+    let speed = progress.finish(steps);
     if !args.quiet {
         say!(
             "{} on the {} body, {} s, seed {}:",
@@ -90,7 +90,7 @@ fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
         for line in measures.summary() {
             say!("  {line}");
         }
-        say!("  Simulated and recorded at {speed:.0} x real time.");
+        say!("  Simulated, recorded and drawn at {speed:.0} x real time.");
         say!("Written:");
         for file in places.files() {
             say!("  {}", file.display());

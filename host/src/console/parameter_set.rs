@@ -11,7 +11,7 @@ use protocol::Id;
 use super::{ConsoleError, Target, parse_assignment};
 use crate::csv::shortest;
 use crate::draft::Draft;
-use crate::suggest::did_you_mean;
+use crate::suggest::neighbour;
 
 /// Writes all parameters that the target holds, and returns how many. The couplings are left out: they are views of
 /// C11 to C22, which are written.
@@ -98,18 +98,4 @@ pub fn parse(path: &Path, text: &str) -> Result<Vec<(Id, f64)>, ConsoleError> {
         return Err(ConsoleError::File { doing: "use", path: path.into(), reason });
     }
     Ok(set)
-}
-
-/// The file in the same folder with the nearest name, as a question.
-fn neighbour(path: &Path) -> String {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let Some(name) = path.file_name().map(|name| name.to_string_lossy()) else { return String::new() };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut files: Vec<String> = entries
-        .filter(|entry| entry.path().is_file())
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .filter(|file| *file != name)
-        .collect();
-    files.sort();
-    did_you_mean(&name, files.iter().map(String::as_str))
 }

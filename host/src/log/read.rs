@@ -382,16 +382,20 @@ pub fn table<R: Read>(reader: &mut Reader<R>) -> Result<Table, LogError> {
 /// Reads a recording of either kind, a log or a CSV, told apart by its first bytes; the flag says whether the end of a
 /// log is missing.
 pub fn read_table(path: &Path) -> Result<(Table, bool), LogError> {
-    let mut start = [0; 4];
-    let is_log = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
-        || File::open(path).is_ok_and(|mut file| file.read_exact(&mut start).is_ok() && MAGIC.starts_with(&start));
-    if is_log {
+    if is_log(path) {
         let mut reader = Reader::open(path)?;
         let table = table(&mut reader)?;
         Ok((table, reader.truncated()))
     } else {
         Ok((csv::read(path)?, false))
     }
+}
+
+/// Whether a file is a log, by its ending or by how it begins.
+pub fn is_log(path: &Path) -> bool {
+    let mut start = [0; 4];
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
+        || File::open(path).is_ok_and(|mut file| file.read_exact(&mut start).is_ok() && MAGIC.starts_with(&start))
 }
 
 /// What [`export`] has done.
