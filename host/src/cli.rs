@@ -50,7 +50,7 @@ pub struct SetupArgs {
     /// How the robot is reached: in-process
     #[arg(long, value_parser = link, default_value = "in-process")]
     pub link: Link,
-    /// Number format of the robot's brain
+    /// Number format of the robot's brain; what it reports, and so what is recorded, is f32 in each
     #[arg(long, value_enum, default_value_t = Format::F32)]
     pub precision: Format,
     /// Seed of all randomness
