@@ -12,7 +12,7 @@ use protocol::parameter::{Scope, Sign};
 use protocol::{FaultCode, HostMessage, Id, RobotMessage, Values};
 
 use crate::axes::{Axes, SERVO_PARAMETERS};
-use crate::brain::{Brain, Controller, Drive, Model, Rule, Settings};
+use crate::brain::{Brain, Controller, Drive, Entry, Model, Rule, Settings};
 use crate::noise::InclinationNoise;
 use crate::safety::{Event, Faults, Health, Outputs, Safety};
 use crate::scalar::Scalar;
@@ -224,28 +224,14 @@ impl<S: Scalar> Robot<S> {
 
     /// The value of a parameter now: of the matrices, what the brain has learned.
     pub fn get(&self, id: Id) -> f64 {
-        let [c11, c12, c21, c22] = rows(&self.brain.controller().c);
-        let [a11, a12, a21, a22] = rows(&self.brain.model().a);
-        let (h, b) = (self.brain.controller().h, self.brain.model().b);
+        let held = |id| entry(id).and_then(|entry| self.brain.get(entry)).unwrap_or_else(S::zero);
         let half = S::from_f64(0.5);
         match id {
-            Id::C11 => c11,
-            Id::C12 => c12,
-            Id::C21 => c21,
-            Id::C22 => c22,
-            Id::H1 => h.x,
-            Id::H2 => h.y,
-            Id::A11 => a11,
-            Id::A12 => a12,
-            Id::A21 => a21,
-            Id::A22 => a22,
-            Id::B1 => b.x,
-            Id::B2 => b.y,
-            Id::Coupling1 => half * (c11 + c22),
-            Id::Coupling2 => half * (c12 - c21),
-            _ => return self.values.get(id).to_f64(),
+            Id::Coupling1 => (half * (held(Id::C11) + held(Id::C22))).to_f64(),
+            Id::Coupling2 => (half * (held(Id::C12) - held(Id::C21))).to_f64(),
+            _ if entry(id).is_some() => held(id).to_f64(),
+            _ => self.values.get(id).to_f64(),
         }
-        .to_f64()
     }
 
     /// Sets a parameter, from the next step on.
@@ -331,22 +317,7 @@ impl<S: Scalar> Robot<S> {
 
     /// Puts a value into the brain's matrices, if it is one of theirs.
     fn set_entry(&mut self, id: Id, value: S::Wide) {
-        use crate::brain::Entry::{A, B, C, H};
-        let entry = match id {
-            Id::C11 => C(0, 0),
-            Id::C12 => C(0, 1),
-            Id::C21 => C(1, 0),
-            Id::C22 => C(1, 1),
-            Id::H1 => H(0),
-            Id::H2 => H(1),
-            Id::A11 => A(0, 0),
-            Id::A12 => A(0, 1),
-            Id::A21 => A(1, 0),
-            Id::A22 => A(1, 1),
-            Id::B1 => B(0),
-            Id::B2 => B(1),
-            _ => return,
-        };
+        let Some(entry) = entry(id) else { return };
         self.values.set(id, value);
         // The value is finite and the entry exists: nothing to refuse.
         let _ = self.brain.set(entry, S::narrow(value));
@@ -424,4 +395,24 @@ impl<S: Scalar> Robot<S> {
 /// A 2×2 matrix row by row.
 fn rows<S: Scalar>(m: &nalgebra::SMatrix<S, 2, 2>) -> [S; 4] {
     [m.m11, m.m12, m.m21, m.m22]
+}
+
+/// The entry of the brain's matrices that a parameter is, if it is one.
+fn entry(id: Id) -> Option<Entry> {
+    use Entry::{A, B, C, H};
+    Some(match id {
+        Id::C11 => C(0, 0),
+        Id::C12 => C(0, 1),
+        Id::C21 => C(1, 0),
+        Id::C22 => C(1, 1),
+        Id::H1 => H(0),
+        Id::H2 => H(1),
+        Id::A11 => A(0, 0),
+        Id::A12 => A(0, 1),
+        Id::A21 => A(1, 0),
+        Id::A22 => A(1, 1),
+        Id::B1 => B(0),
+        Id::B2 => B(1),
+        _ => return None,
+    })
 }

@@ -93,9 +93,8 @@ impl<L: Link> Run<L> {
         hello(&mut link)?;
         demand(&mut link, &HostMessage::Disarm)?;
         demand(&mut link, &HostMessage::SimulatedSensors(true))?;
-        for id in robot_parameters() {
-            let value = setup.values.get(id) as f32;
-            demand(&mut link, &HostMessage::SetParameter { index: id.index(), value })?;
+        for message in parameter_messages(&setup) {
+            demand(&mut link, &message)?;
         }
         demand(&mut link, &HostMessage::Restart { seed: setup.seed })?;
         demand(&mut link, &HostMessage::Arm)?;
@@ -263,6 +262,12 @@ pub fn robot_parameters() -> impl Iterator<Item = Id> {
     Id::ALL.iter().copied().filter(|id| id.parameter().scope.is_robot() && id.coupled().is_none())
 }
 
+/// What tells a robot the setup's parameters.
+fn parameter_messages(setup: &Setup) -> impl Iterator<Item = HostMessage> {
+    let value = |id| setup.values.get(id) as f32;
+    robot_parameters().map(move |id| HostMessage::SetParameter { index: id.index(), value: value(id) })
+}
+
 /// Time of control step k, s: the double nearest to k/50.
 pub fn time(step: u64) -> f64 {
     step as f64 / 50.0
@@ -321,8 +326,8 @@ fn start(setup: &Setup) -> Start {
 /// asked of a second robot with the same parameters, which is then thrown away.
 fn place_weights(plant: &mut Plant, setup: &Setup, sensors: &Sensors) {
     let mut scout = Robot::<f32>::default();
-    for id in robot_parameters() {
-        scout.handle(&HostMessage::SetParameter { index: id.index(), value: setup.values.get(id) as f32 }, &mut |_| {});
+    for message in parameter_messages(setup) {
+        scout.handle(&message, &mut |_| {});
     }
     scout.handle(&HostMessage::Restart { seed: setup.seed }, &mut |_| {});
     let x = sensors.clone().inclination(plant);

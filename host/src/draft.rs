@@ -22,18 +22,14 @@ impl Draft {
         if target.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
         }
-        let name = name.to_string_lossy().into_owned();
-        if let Ok(real) = target.canonicalize() {
-            if !real.is_file() {
-                return Ok(Draft { draft: real.clone(), target: real });
-            }
-            let draft = real.with_file_name(format!(".{}-{name}", std::process::id()));
-            File::create(&draft)?;
-            return Ok(Draft { draft, target: real });
+        // What is not there yet has no other name than the one given.
+        let real = target.canonicalize().unwrap_or_else(|_| target.into());
+        if real.exists() && !real.is_file() {
+            return Ok(Draft { draft: real.clone(), target: real });
         }
-        let draft = target.with_file_name(format!(".{}-{name}", std::process::id()));
+        let draft = real.with_file_name(format!(".{}-{}", std::process::id(), name.to_string_lossy()));
         File::create(&draft)?;
-        Ok(Draft { draft, target: target.into() })
+        Ok(Draft { draft, target: real })
     }
 
     /// Where to write.

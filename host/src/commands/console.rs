@@ -90,8 +90,7 @@ impl<L: Link> Barrel<L> {
         let mut state = SafetyState::Armed;
         let (mut origin, mut speed) = ((Instant::now(), self.run.time()), self.speed);
         while !self.quit && self.run.time() < end {
-            let due = (self.run.time() - origin.1) / self.speed;
-            let ahead = due - origin.0.elapsed().as_secs_f64();
+            let ahead = self.ahead(origin);
             if self.pace != Pace::Going || speed != self.speed || ahead < -TOO_LATE {
                 (origin, speed) = ((Instant::now(), self.run.time()), self.speed);
             }
@@ -124,7 +123,7 @@ impl<L: Link> Barrel<L> {
                 None => {}
             }
             let is_due = match self.pace {
-                Pace::Going => (self.run.time() - origin.1) / self.speed <= origin.0.elapsed().as_secs_f64(),
+                Pace::Going => self.ahead(origin) <= 0.0,
                 Pace::Paused => false,
                 Pace::Steps(_) => true,
             };
@@ -144,6 +143,11 @@ impl<L: Link> Barrel<L> {
             }
         }
         Ok(measures)
+    }
+
+    /// How long until the next step is due, s, when the clock and the simulated time stood at `origin` together.
+    fn ahead(&self, origin: (Instant, f64)) -> f64 {
+        (self.run.time() - origin.1) / self.speed - origin.0.elapsed().as_secs_f64()
     }
 
     fn line(
