@@ -87,7 +87,7 @@ fn what_it_refuses_it_leaves_as_it_was() {
         assert_eq!(ask(&mut line, HostMessage::GetParameter { index }), RobotMessage::Parameter { index, value: 0.1 });
     }
     let mut line = armed();
-    assert_eq!(ask(&mut line, HostMessage::SimulatedSensors(false)), refused(Refusal::NotDisarmed));
+    assert_eq!(ask(&mut line, HostMessage::SimulatedSensors(false)), refused(Refusal::WhileArmed));
 }
 
 #[test]
@@ -151,12 +151,12 @@ fn garbage_on_the_line_is_counted_and_the_next_frame_is_understood() {
     let frame = encode(0, &HostMessage::GetParameter { index: 0 }, &mut buffer).expect("fits").to_vec();
     let mut answers = 0;
     let garbage: Vec<u8> = (0..5000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).chain([0]).collect();
-    port.receive(&garbage, &mut robot, &mut |_| answers += 1);
+    port.serve(&garbage, &mut robot, &mut |_| answers += 1);
     assert_eq!(answers, 0);
     assert!(port.garbled() > 0);
     // In pieces of one byte, as a serial line may bring it.
     for byte in frame {
-        port.receive(&[byte], &mut robot, &mut |_| answers += 1);
+        port.serve(&[byte], &mut robot, &mut |_| answers += 1);
     }
     assert_eq!(answers, 1);
 }

@@ -4,12 +4,12 @@
 //! compares the two.
 
 use nalgebra::Vector3;
-use protocol::message::{FaultCode, Transducers};
+use protocol::message::FaultCode;
 use protocol::{Id, Values};
 
 use crate::attitude::{Attitude, AttitudeSettings, ImuCalibration, ImuMonitor, ImuPatience};
 use crate::servo::{Axis, Servo, ServoSettings, Stall, setpoint};
-use crate::timing::SERVO_PERIOD;
+use crate::timing::{SERVO_PERIOD, SERVO_TICKS};
 
 /// Where the inertial sensor sits, body axes, m.
 pub const IMU_POSITION: [f32; 3] = [0.040, 0.105, -0.038];
@@ -43,6 +43,15 @@ pub const AXIS: Axis = Axis {
     stall: Stall { duty: 0.5, movement: 0.001, ticks: 300 },
 };
 
+/// One reading of the inertial sensor, as its registers hold it, chip axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ImuCounts {
+    /// Specific force, 8192 LSB/g.
+    pub accelerometer: [i16; 3],
+    /// Angular velocity, 16.4 LSB/(°/s).
+    pub gyroscope: [i16; 3],
+}
+
 /// Inertial sensor, attitude and both servos.
 #[derive(Clone, Debug)]
 pub struct Axes {
@@ -52,6 +61,8 @@ pub struct Axes {
     servos: [Servo; 2],
     range: f32,
     positions: [f32; 2],
+    /// Servo ticks since the last reading of the inertial sensor, that of the next one included.
+    since_reading: u8,
 }
 
 impl Default for Axes {
@@ -67,21 +78,43 @@ impl Default for Axes {
             servos: [servo.clone(), servo],
             range: servo_parameter(Id::Range),
             positions: [0.0; 2],
+            since_reading: 1,
         }
     }
 }
 
 impl Axes {
-    /// Takes what the chips read in one servo tick.
+    /// Takes where the weights are in this servo tick, in encoder counts from the middle of each axis.
+    pub fn locate(&mut self, counts: [i32; 2]) {
+        for (i, servo) in self.servos.iter().enumerate() {
+            self.positions[i] = servo.axis().position(counts[i]);
+        }
+    }
+
+    /// Takes what the inertial sensor read in this servo tick; `None` if it has nothing new, as happens now and then where
+    /// its clock and the servo's differ. The next reading then stands for the time that passed.
     ///
     /// # Errors
     /// A reading that cannot be true; the attitude then stays as it was.
-    pub fn sense(&mut self, transducers: &Transducers) -> Result<(), FaultCode> {
-        for (i, servo) in self.servos.iter().enumerate() {
-            self.positions[i] = servo.axis().position(transducers.encoder[i]);
-        }
-        let sample = self.monitor.read(transducers.accelerometer, transducers.gyroscope, &self.calibration)?;
-        Ok(self.attitude.update(&sample, SERVO_PERIOD as f32)?)
+    pub fn sense(&mut self, reading: Option<&ImuCounts>) -> Result<(), FaultCode> {
+        let Some(reading) = reading else {
+            self.since_reading = (self.since_reading + 1).min(SERVO_TICKS / 2);
+            return Ok(());
+        };
+        let dt = f32::from(core::mem::replace(&mut self.since_reading, 1)) * SERVO_PERIOD as f32;
+        let sample = self.monitor.read(reading.accelerometer, reading.gyroscope, &self.calibration)?;
+        Ok(self.attitude.update(&sample, dt)?)
+    }
+
+    /// How the inertial sensor's counts become physical units.
+    pub fn calibration(&self) -> &ImuCalibration {
+        &self.calibration
+    }
+
+    /// Uses another calibration from now on; the attitude is found anew.
+    pub fn calibrate(&mut self, calibration: ImuCalibration) {
+        self.calibration = calibration;
+        self.attitude = Attitude::new(AttitudeSettings::default(), calibration.position);
     }
 
     /// Inclinations x1, x2: vertical components of the two sliding axes.

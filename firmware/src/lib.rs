@@ -8,6 +8,7 @@
 //!
 //! It is run by the microcontroller, by the same image on a virtual board, and by the simulator in process.
 #![no_std]
+#![forbid(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;
@@ -15,12 +16,20 @@ extern crate std;
 pub mod attitude;
 pub mod axes;
 pub mod brain;
+pub mod calibration;
+pub mod fram;
+pub mod homing;
+pub mod imu;
+pub mod indicator;
+pub mod load;
 pub mod noise;
 pub mod port;
+pub mod reset;
 pub mod robot;
 pub mod safety;
 pub mod scalar;
 pub mod servo;
+pub mod storage;
 pub mod timing;
 
 pub use port::Port;

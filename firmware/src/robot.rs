@@ -1,27 +1,36 @@
 //! The robot: the one place where attitude, brain, servo and safety meet, and the handler of every message.
 //!
 //! * [`Robot::control_step`], 50 times a second: inclinations in, act, learn, telemetry out.
-//! * [`Robot::servo_tick`], 1000 times a second: chips in, duties out; every 20th tick takes a control step first.
+//! * [`Robot::servo_tick`], 1000 times a second: what the board senses in, duties out; every 20th tick takes a control step
+//!   first.
 //! * [`Robot::handle`]: a message of the host in, answers out.
 //!
 //! None of them waits, allocates or panics. Whatever goes wrong ends in Fault with zero outputs ([`crate::safety`]).
 
 use nalgebra::SVector;
-use protocol::message::{Refusal, SafetyState, Telemetry, Transducers};
-use protocol::parameter::{Scope, Sign};
+use protocol::message::{CalibrationStep, MemoryState, Refusal, ResetCause, SafetyState, Telemetry, Transducers};
+use protocol::parameter::{COUNT, Scope, Sign};
 use protocol::{FaultCode, HostMessage, Id, RobotMessage, Values};
 
-use crate::axes::{Axes, SERVO_PARAMETERS};
+use crate::axes::{Axes, ImuCounts, SERVO_PARAMETERS};
 use crate::brain::{Brain, Controller, Drive, Entry, Model, Rule, Settings};
+use crate::calibration::Calibrator;
+use crate::homing::{Homing, HomingStep};
 use crate::noise::InclinationNoise;
 use crate::safety::{Event, Faults, Health, Outputs, Safety};
 use crate::scalar::Scalar;
+use crate::storage::Record;
 use crate::timing::SERVO_TICKS;
 
 /// What can go stale: inertial sensor and encoders.
 const SENSORS: usize = 2;
 /// Servo ticks that each may miss in a row.
 const STALE_AFTER: [u16; SENSORS] = [5, 0];
+
+/// Supply below which the motors are not to be driven, mV: three lithium cells at 3 V each.
+pub const BATTERY_LOW: u16 = 9000;
+/// Servo ticks that the supply may be below [`BATTERY_LOW`], as it is when both motors start at once.
+const BATTERY_PATIENCE: u8 = 50;
 
 /// Version of the firmware: major, minor, patch.
 pub const VERSION: [u8; 3] = [0, 1, 0];
@@ -42,6 +51,66 @@ pub struct Robot<S: Scalar> {
     noise: InclinationNoise,
     safety: Safety<SENSORS>,
     simulated_sensors: bool,
+    /// Encoder counts of the middle of each axis; `None` until they are found.
+    middle: Option<[i32; 2]>,
+    /// Looking for the middle of the axes; the brain then waits.
+    homing: Option<Homing>,
+    calibrator: Calibrator,
+    /// Servo ticks in a row with the supply too low.
+    battery_low: u8,
+    reset: ResetCause,
+    memory: MemoryState,
+    errand: Option<Errand>,
+}
+
+/// What a robot finds when it starts.
+#[derive(Clone, Debug, Default)]
+pub struct Boot {
+    /// Why it starts. A start after a crash begins in Fault.
+    pub reset: ResetCause,
+    /// What its memory holds.
+    pub memory: MemoryState,
+    /// The record in it.
+    pub record: Option<Record>,
+}
+
+/// What the board senses in one servo tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Senses {
+    /// A new reading of the inertial sensor, if there is one.
+    pub imu: Option<ImuCounts>,
+    /// Encoder counts of the two axes since the start.
+    pub encoder: [i32; 2],
+    /// The stop button on the board is pressed.
+    pub stop_button: bool,
+    /// The stop loop is open.
+    pub stop_loop_open: bool,
+    /// Supply of the motors, mV; `None` until it is measured.
+    pub battery_mv: Option<u16>,
+    /// The tick before this one did not end in time.
+    pub deadline_missed: bool,
+}
+
+/// What comes of one servo tick.
+#[derive(Debug)]
+pub struct Tick {
+    /// What the power stage is given.
+    pub outputs: Outputs<2>,
+    /// Whether the power stage may be switched on.
+    pub powered: bool,
+    /// The brain, if it took a step.
+    pub telemetry: Option<Telemetry>,
+}
+
+/// Something that takes longer than a servo tick may, for the board to see to. It answers the host when it is done, with
+/// [`RobotMessage::Stored`] or [`Refusal::NoMemory`].
+#[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap to put a record on")]
+pub enum Errand {
+    /// Write this to the memory.
+    Store(Record),
+    /// Empty the memory.
+    Forget,
 }
 
 /// The brain after a control step, in its own number format.
@@ -68,8 +137,22 @@ pub struct State<S> {
 }
 
 impl<S: Scalar> Default for Robot<S> {
-    /// Disarmed, every parameter at its default, using its own sensors.
+    /// Disarmed, every parameter at its default, using its own sensors, without a memory.
     fn default() -> Self {
+        Robot::new(&Boot::default())
+    }
+}
+
+impl<S: Scalar> Robot<S> {
+    /// A robot that has just started, using its own sensors: Disarmed, or in Fault if its last run ended in a crash.
+    pub fn new(boot: &Boot) -> Self {
+        let cause = match boot.reset {
+            ResetCause::PowerOn | ResetCause::Pin | ResetCause::Software => None,
+            ResetCause::Watchdog => Some(FaultCode::Watchdog),
+            ResetCause::BrownOut => Some(FaultCode::BrownOut),
+            ResetCause::Panic => Some(FaultCode::Panic),
+            ResetCause::HardFault => Some(FaultCode::HardFault),
+        };
         let mut robot = Robot {
             values: Values::defaults(S::Wide::from_f64),
             brain: Brain::default(),
@@ -88,8 +171,15 @@ impl<S: Scalar> Default for Robot<S> {
             until_control: 0,
             axes: Axes::default(),
             noise: InclinationNoise::default(),
-            safety: Safety::new(STALE_AFTER, None),
+            safety: Safety::new(STALE_AFTER, cause),
             simulated_sensors: false,
+            middle: None,
+            homing: None,
+            calibrator: Calibrator::default(),
+            battery_low: 0,
+            reset: boot.reset,
+            memory: boot.memory,
+            errand: None,
         };
         for (id, value) in SERVO_PARAMETERS {
             robot.values.set(id, S::Wide::from_f64(value));
@@ -98,14 +188,19 @@ impl<S: Scalar> Default for Robot<S> {
         robot.apply_drive();
         robot.apply_gains();
         robot.apply_noise();
+        if let Some(record) = &boot.record {
+            for &id in Id::ALL.iter().filter(|id| id.coupled().is_none()) {
+                // The simulator's parameters are in the record, too, and are not the robot's to take.
+                let _ = robot.set(id, f64::from(record.parameters[usize::from(id.index())]));
+            }
+            robot.axes.calibrate(record.calibration);
+        }
         robot.restart(0);
         robot
     }
-}
 
-impl<S: Scalar> Robot<S> {
     /// Handles one message of the host; every answer goes to `reply`, the last one being that of
-    /// [`HostMessage::is_answered_by`].
+    /// [`HostMessage::is_answered_by`]. Only what becomes an [`Errand`] is answered later.
     pub fn handle(&mut self, message: &HostMessage, reply: &mut impl FnMut(&RobotMessage)) {
         let answer = match *message {
             HostMessage::Hello { .. } => RobotMessage::Hello {
@@ -114,9 +209,15 @@ impl<S: Scalar> Robot<S> {
                 firmware: VERSION,
                 precision: S::PRECISION,
                 state: self.safety.state(),
+                reset: self.reset,
+                memory: self.memory,
             },
+            HostMessage::Arm if !self.homed() => RobotMessage::Refused(Refusal::NotHomed),
             HostMessage::Arm => self.event(Event::Arm),
-            HostMessage::Disarm => self.event(Event::Disarm),
+            HostMessage::Disarm => {
+                self.homing = None;
+                self.event(Event::Disarm)
+            }
             HostMessage::EmergencyStop => self.event(Event::EmergencyStop),
             HostMessage::ClearFault => self.event(Event::ClearFault),
             HostMessage::Restart { seed } => {
@@ -132,23 +233,72 @@ impl<S: Scalar> Robot<S> {
                 RobotMessage::Refused(Refusal::OwnSensors)
             }
             HostMessage::Inclination { x } => RobotMessage::Telemetry(self.control_step(x)),
-            HostMessage::Transducers(transducers) => {
-                let (outputs, telemetry) = self.servo_tick(&transducers);
+            HostMessage::Transducers(Transducers { accelerometer, gyroscope, encoder }) => {
+                let reading = ImuCounts { accelerometer, gyroscope };
+                let (outputs, telemetry) = self.move_weights(Some(&reading), encoder, Faults::NONE);
                 if let Some(telemetry) = telemetry {
                     reply(&RobotMessage::Telemetry(telemetry));
                 }
                 RobotMessage::Actuators { duty: outputs.duty() }
             }
+            HostMessage::Home => self.home(),
+            HostMessage::Calibrate(step) => self.begin_calibration(step),
+            HostMessage::Store | HostMessage::Forget if self.memory == MemoryState::Absent => {
+                RobotMessage::Refused(Refusal::NoMemory)
+            }
+            HostMessage::Store => {
+                self.errand = Some(Errand::Store(self.record()));
+                return;
+            }
+            HostMessage::Forget => {
+                self.errand = Some(Errand::Forget);
+                return;
+            }
         };
         reply(&answer);
     }
 
-    /// One servo tick, every [`crate::timing::SERVO_PERIOD`]: what the chips read in, the duty of both axes out (−1…1, zero unless Armed),
-    /// and telemetry when the brain took a step.
-    pub fn servo_tick(&mut self, transducers: &Transducers) -> (Outputs<2>, Option<Telemetry>) {
-        let mut faults = Faults::NONE;
-        if let Err(code) = self.axes.sense(transducers) {
+    /// What is to be seen to outside the servo tick; once.
+    pub fn take_errand(&mut self) -> Option<Errand> {
+        self.errand.take()
+    }
+
+    /// One servo tick, every [`crate::timing::SERVO_PERIOD`]: what the board senses in, the duty of both axes out (−1…1, zero
+    /// unless Armed), and telemetry when the brain took a step. With simulated sensors it minds the stop button, and
+    /// everything else waits for the host.
+    pub fn servo_tick(&mut self, senses: &Senses) -> Tick {
+        if senses.stop_button {
+            self.event(Event::EmergencyStop);
+        }
+        if self.simulated_sensors {
+            return Tick { outputs: Outputs::ZERO, powered: false, telemetry: None };
+        }
+        let low = senses.battery_mv.is_some_and(|mv| mv < BATTERY_LOW);
+        self.battery_low = if low && self.armed() { self.battery_low.saturating_add(1) } else { 0 };
+        let faults = Faults::NONE
+            .with_if(FaultCode::EmergencyStop, senses.stop_loop_open)
+            .with_if(FaultCode::MissedDeadline, senses.deadline_missed)
+            .with_if(FaultCode::BrownOut, self.battery_low > BATTERY_PATIENCE);
+        let (outputs, telemetry) = self.move_weights(senses.imu.as_ref(), senses.encoder, faults);
+        Tick { outputs, powered: self.armed(), telemetry }
+    }
+
+    /// Attitude, brain, servo and safety, in this order, on one tick's readings and on the faults found so far.
+    fn move_weights(
+        &mut self,
+        reading: Option<&ImuCounts>,
+        encoder: [i32; 2],
+        mut faults: Faults,
+    ) -> (Outputs<2>, Option<Telemetry>) {
+        self.axes.locate(self.centred(encoder));
+        if let Err(code) = self.axes.sense(reading) {
             faults = faults.with(code);
+        }
+        if let Some(reading) = reading
+            && let Some(calibration) =
+                self.calibrator.tick(reading.accelerometer, reading.gyroscope, self.axes.calibration())
+        {
+            self.axes.calibrate(calibration);
         }
         let mut telemetry = None;
         if self.until_control == 0 {
@@ -158,19 +308,92 @@ impl<S: Scalar> Robot<S> {
         }
         self.until_control -= 1;
         let mut duty = [0.0; 2];
-        if self.safety.state() == SafetyState::Armed {
-            match self.axes.servo(self.state.y.map(S::to_f32)) {
-                Ok(wanted) => duty = wanted,
-                Err(code) => faults = faults.with(code),
-            }
-        } else {
-            self.axes.rest();
+        match self.duties(encoder) {
+            Ok(wanted) => duty = wanted,
+            Err(code) => faults = faults.with(code),
         }
-        let outputs = match self.safety.tick(&Health { fresh: [true; SENSORS], faults }) {
+        let outputs = match self.safety.tick(&Health { fresh: [reading.is_some(), true], faults }) {
             Some(armed) => armed.drive(duty),
             None => Outputs::ZERO,
         };
         (outputs, telemetry)
+    }
+
+    /// What the axes are to be given if the robot is Armed: the brain's, or, while the middle is looked for, homing's.
+    fn duties(&mut self, encoder: [i32; 2]) -> Result<[f32; 2], FaultCode> {
+        if !self.armed() {
+            self.homing = None;
+            self.axes.rest();
+            return Ok([0.0; 2]);
+        }
+        let Some(homing) = &mut self.homing else { return self.axes.servo(self.state.y.map(S::to_f32)) };
+        match homing.tick(encoder) {
+            HomingStep::Drive(duty) => Ok(duty),
+            HomingStep::Done(middle) => {
+                self.homing = None;
+                if !self.simulated_sensors {
+                    self.middle = Some(middle);
+                }
+                self.event(Event::Disarm);
+                Ok([0.0; 2])
+            }
+            HomingStep::Failed => Err(FaultCode::Homing),
+        }
+    }
+
+    /// Encoder counts from the middle of each axis; those of simulated sensors are that already.
+    fn centred(&self, encoder: [i32; 2]) -> [i32; 2] {
+        match self.middle {
+            Some(middle) if !self.simulated_sensors => core::array::from_fn(|i| encoder[i].wrapping_sub(middle[i])),
+            _ => encoder,
+        }
+    }
+
+    fn armed(&self) -> bool {
+        self.safety.state() == SafetyState::Armed
+    }
+
+    /// Whether the middle of both axes is known.
+    pub fn homed(&self) -> bool {
+        self.simulated_sensors || self.middle.is_some()
+    }
+
+    /// Whether the sensors are the host's.
+    pub fn simulated_sensors(&self) -> bool {
+        self.simulated_sensors
+    }
+
+    fn home(&mut self) -> RobotMessage {
+        if self.armed() {
+            return RobotMessage::Refused(Refusal::WhileArmed);
+        }
+        let answer = self.event(Event::Arm);
+        if self.armed() {
+            self.homing = Some(Homing::new());
+            if !self.simulated_sensors {
+                self.middle = None;
+            }
+        }
+        answer
+    }
+
+    fn begin_calibration(&mut self, step: CalibrationStep) -> RobotMessage {
+        if step != CalibrationStep::Status {
+            if self.armed() {
+                return RobotMessage::Refused(Refusal::WhileArmed);
+            }
+            self.calibrator.begin(step);
+        }
+        RobotMessage::Calibration(self.calibrator.progress())
+    }
+
+    /// Everything that is worth keeping over a power cut.
+    fn record(&self) -> Record {
+        let mut parameters = [0.0; COUNT];
+        for &id in Id::ALL {
+            parameters[usize::from(id.index())] = self.get(id) as f32;
+        }
+        Record { parameters, calibration: *self.axes.calibration() }
     }
 
     /// One control step, every [`crate::timing::CONTROL_PERIOD`]: act on the inclinations, then learn.
@@ -179,6 +402,7 @@ impl<S: Scalar> Robot<S> {
             self.think(x.map(S::from_f32));
         } else {
             self.state.y = [S::zero(); 2];
+            self.tick = self.tick.wrapping_add(1);
             self.fault(FaultCode::ImpossibleSensor);
         }
         self.telemetry()
@@ -186,7 +410,7 @@ impl<S: Scalar> Robot<S> {
 
     /// As [`Robot::control_step`], in the brain's own number format; the result is [`Robot::state`].
     pub fn think(&mut self, x: [S; 2]) {
-        if self.safety.state() != SafetyState::Armed {
+        if !self.armed() || self.homing.is_some() {
             // What follows is not the consequence of these motor values: nothing is to be learned from it.
             self.brain.forget();
         }
@@ -284,7 +508,10 @@ impl<S: Scalar> Robot<S> {
         self.noise.restart(seed);
         self.tick = 0;
         self.until_control = 0;
-        self.axes.restart();
+        if !self.armed() {
+            // A robot that lies or stands somewhere else from now on; one that rolls goes on from where it is.
+            self.axes.restart();
+        }
         self.note_matrices();
     }
 
@@ -296,8 +523,8 @@ impl<S: Scalar> Robot<S> {
     }
 
     fn choose_sensors(&mut self, simulated: bool) -> RobotMessage {
-        if self.safety.state() != SafetyState::Disarmed {
-            return RobotMessage::Refused(Refusal::NotDisarmed);
+        if self.armed() {
+            return RobotMessage::Refused(Refusal::WhileArmed);
         }
         self.simulated_sensors = simulated;
         self.axes.restart();

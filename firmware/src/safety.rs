@@ -36,16 +36,18 @@
 use protocol::message::{FaultCode, Refusal, SafetyState};
 
 /// Every fault code, in the order in which a tick looks for them: the first one found is the one that is shown.
-pub const FAULT_CODES: [FaultCode; 9] = [
+pub const FAULT_CODES: [FaultCode; 11] = [
     FaultCode::EmergencyStop,
     FaultCode::Watchdog,
     FaultCode::Panic,
+    FaultCode::HardFault,
     FaultCode::BrownOut,
     FaultCode::MissedDeadline,
     FaultCode::StaleSensor,
     FaultCode::ImpossibleSensor,
     FaultCode::NonFinite,
     FaultCode::StalledAxis,
+    FaultCode::Homing,
 ];
 
 /// A set of fault codes.
@@ -96,6 +98,8 @@ const fn bit(code: FaultCode) -> u16 {
         FaultCode::ImpossibleSensor => 6,
         FaultCode::NonFinite => 7,
         FaultCode::StalledAxis => 8,
+        FaultCode::HardFault => 9,
+        FaultCode::Homing => 10,
     }
 }
 
@@ -154,7 +158,7 @@ enum Inner {
 
 impl<const S: usize> Safety<S> {
     /// A robot that has just started: Disarmed, or in Fault if its last run ended in one (`cause` from the reset
-    /// flags: [`FaultCode::Watchdog`], [`FaultCode::Panic`], [`FaultCode::BrownOut`]).
+    /// flags: [`FaultCode::Watchdog`], [`FaultCode::Panic`], [`FaultCode::HardFault`], [`FaultCode::BrownOut`]).
     ///
     /// `limits` holds for each sensor how many ticks in a row may pass without a reading: 0 where every tick must
     /// have one.

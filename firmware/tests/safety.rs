@@ -114,8 +114,8 @@ fn no_path_moves_a_motor_unless_armed_and_none_loses_a_fault() {
         }
     }
     println!("{} states, {taken} steps", seen.len());
-    // Two ages of sensor 1 and four of sensor 2; in Fault, nine first codes with any set of the other eight.
-    let (ages, faults) = (2 * 4, 9 * 256);
+    // Two ages of sensor 1 and four of sensor 2; in Fault, eleven first codes with any set of the other ten.
+    let (ages, faults) = (2 * 4, 11 * 1024);
     assert!(seen.len() > faults && seen.len() <= ages * (faults + 2), "{} states", seen.len());
 }
 
@@ -208,7 +208,7 @@ fn of_several_faults_in_a_tick_the_most_urgent_is_shown_and_all_are_kept() {
 
 #[test]
 fn a_reset_by_the_watchdog_starts_in_fault() {
-    for code in [FaultCode::Watchdog, FaultCode::Panic, FaultCode::BrownOut] {
+    for code in [FaultCode::Watchdog, FaultCode::Panic, FaultCode::HardFault, FaultCode::BrownOut] {
         let mut safety = Safety::new(LIMITS, Some(code));
         assert_eq!(safety.state(), SafetyState::Fault(code));
         assert_eq!(safety.handle(Event::Arm), Err(Refusal::InFault));

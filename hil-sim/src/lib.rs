@@ -2,10 +2,11 @@
 //!
 //! * [`plant`]: the barrel as physics sees it. [`transducers`]: its sensors; [`sensors`]: those of one run.
 //! * [`experiment`], [`setup`]: what a run is made of.
-//! * [`link`]: how the host reaches a robot.
-//! * [`run`]: plant and robot in lock-step, the room where everything meets; [`record`] and [`measure`] take it down.
+//! * [`link`]: how the host reaches a robot. [`world`]: barrel, sensors and pushes on one clock. [`coupling`]: the two together.
+//! * [`run`]: one run of world and robot, the room where everything meets; [`record`] and [`measure`] take it down.
 //! * [`replay`]: a recording held against the robot's code.
 
+pub mod coupling;
 pub mod experiment;
 pub mod link;
 pub mod measure;
@@ -16,3 +17,6 @@ pub mod run;
 pub mod sensors;
 pub mod setup;
 pub mod transducers;
+#[cfg(feature = "virtual-board")]
+pub mod virtual_board;
+pub mod world;

@@ -3,7 +3,8 @@
 use crate::csv::{self, BRAIN_COLUMNS, PLANT_COLUMNS, Table, brain_row, plant_row};
 use crate::failure::Failure;
 use crate::{log, plot};
-use hil_sim::link::{Direction, Link};
+use hil_sim::coupling::Coupling;
+use hil_sim::link::Direction;
 use hil_sim::record::Record;
 use std::collections::BTreeMap;
 use std::fs;
@@ -132,7 +133,7 @@ impl Recorder {
     ///
     /// # Errors
     /// A file that cannot be written any more, as when the disk is full.
-    pub fn step(&mut self, record: &Record, link: &mut impl Link) -> Result<(), Failure> {
+    pub fn step(&mut self, record: &Record, link: &mut impl Coupling) -> Result<(), Failure> {
         self.frames(record.brain.t, link)?;
         if let Some(log) = &mut self.log {
             log.record(&record.brain, Some(&record.plant)).map_err(Failure::broken)?;
@@ -155,7 +156,7 @@ impl Recorder {
     ///
     /// # Errors
     /// A log that cannot be written any more.
-    pub fn frames(&mut self, t: f64, link: &mut impl Link) -> Result<(), Failure> {
+    pub fn frames(&mut self, t: f64, link: &mut impl Coupling) -> Result<(), Failure> {
         let mut result = Ok(());
         let log = &mut self.log;
         link.drain_frames(&mut |direction: Direction, bytes: &[u8]| {

@@ -10,6 +10,10 @@
 //! COBS leaves no zero byte in a frame, so a zero byte always ends one: after garbage the decoder is in step again with
 //! the first zero byte, and loses at most the frame that the garbage touched. A leading zero byte, sent by whoever has
 //! just opened a line, ends the garbage before it; empty frames are skipped.
+//!
+//! A host that gets no answer sends the same frame again, with the same number. The robot then repeats its answer and
+//! does not carry out the message a second time: a lost byte costs time and nothing else. `Hello` is always carried out, and
+//! begins the host's numbers anew.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 use heapless::Vec;
@@ -73,20 +77,48 @@ impl Sequence {
     }
 }
 
-/// Counts the frames that did not arrive, from the gaps in their numbers.
+/// Follows the frames' numbers of one direction: counts those that did not arrive, and knows one that came again.
 #[derive(Clone, Debug, Default)]
-pub struct GapCounter {
+pub struct Numbering {
     expected: Option<u16>,
     lost: u32,
 }
 
-impl GapCounter {
-    /// Notes an arrived frame and returns how many were lost just before it.
-    pub fn arrived(&mut self, sequence: u16) -> u16 {
-        let gap = self.expected.map_or(0, |expected| sequence.wrapping_sub(expected));
+/// What a frame's number says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arrival {
+    /// A new frame, and so many were lost just before it.
+    New {
+        /// Frames lost.
+        lost: u16,
+    },
+    /// One of the last few frames once more: its sender did not hear that it had arrived.
+    Again,
+    /// The sender has begun its numbers anew.
+    Restarted,
+}
+
+/// A number this little behind the expected one is a repeat; further behind, the sender has started afresh.
+const RECENT: u16 = 8;
+
+impl Numbering {
+    /// Notes an arrived frame.
+    pub fn arrived(&mut self, sequence: u16) -> Arrival {
+        let ahead = self.expected.map_or(0, |expected| sequence.wrapping_sub(expected));
+        if ahead >= RECENT.wrapping_neg() {
+            return Arrival::Again;
+        }
         self.expected = Some(sequence.wrapping_add(1));
-        self.lost = self.lost.saturating_add(u32::from(gap));
-        gap
+        if ahead > u16::MAX / 2 {
+            return Arrival::Restarted;
+        }
+        self.lost = self.lost.saturating_add(u32::from(ahead));
+        Arrival::New { lost: ahead }
+    }
+
+    /// Takes this frame as the first of a new sender.
+    pub fn begin(&mut self, sequence: u16) {
+        self.expected = Some(sequence.wrapping_add(1));
     }
 
     /// Frames lost so far.

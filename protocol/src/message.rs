@@ -30,7 +30,8 @@ pub enum HostMessage {
         /// Seed of the stimulus' noise.
         seed: u64,
     },
-    /// Takes the sensors from the host's frames (true) or from the robot's own hardware (false). Only while Disarmed.
+    /// Takes the sensors from the host's frames (true) or from the robot's own hardware (false). Refused while Armed. With
+    /// simulated sensors the power stage is held off, whatever the outputs are.
     SimulatedSensors(bool),
     /// Sets one parameter; answered by [`RobotMessage::Parameter`].
     SetParameter {
@@ -53,6 +54,16 @@ pub enum HostMessage {
     /// Simulated sensors of a body with an IMU and encoders: one servo tick. Answered by
     /// [`RobotMessage::Actuators`] and, when the brain ran, by [`RobotMessage::Telemetry`] before it.
     Transducers(Transducers),
+    /// Finds the middle of both axes: arms, drives each weight gently from stop to stop and back to the middle, disarms.
+    /// Only while Disarmed. Progress shows in the state, the outcome in [`Vitals::homed`].
+    Home,
+    /// Calibrates the inertial sensor, step by step; answered by [`RobotMessage::Calibration`]. Refused while Armed.
+    Calibrate(CalibrationStep),
+    /// Writes all parameters and the calibration to the robot's memory; answered by [`RobotMessage::Stored`] once they are
+    /// there.
+    Store,
+    /// Empties the robot's memory: the next start has the defaults. Answered by [`RobotMessage::Stored`].
+    Forget,
 }
 
 impl HostMessage {
@@ -66,7 +77,8 @@ impl HostMessage {
             | HostMessage::EmergencyStop
             | HostMessage::ClearFault
             | HostMessage::Restart { .. }
-            | HostMessage::SimulatedSensors(_) => {
+            | HostMessage::SimulatedSensors(_)
+            | HostMessage::Home => {
                 matches!(reply, RobotMessage::State(_) | RobotMessage::Refused(_))
             }
             HostMessage::SetParameter { .. } | HostMessage::GetParameter { .. } => {
@@ -76,6 +88,10 @@ impl HostMessage {
                 matches!(reply, RobotMessage::Telemetry(_) | RobotMessage::Refused(_))
             }
             HostMessage::Transducers(_) => matches!(reply, RobotMessage::Actuators { .. } | RobotMessage::Refused(_)),
+            HostMessage::Calibrate(_) => matches!(reply, RobotMessage::Calibration(_) | RobotMessage::Refused(_)),
+            HostMessage::Store | HostMessage::Forget => {
+                matches!(reply, RobotMessage::Stored | RobotMessage::Refused(_))
+            }
         }
     }
 }
@@ -106,6 +122,10 @@ pub enum RobotMessage {
         precision: Precision,
         /// Safety state.
         state: SafetyState,
+        /// Why the firmware last started.
+        reset: ResetCause,
+        /// What its memory of parameters and calibration held at that start.
+        memory: MemoryState,
     },
     /// Answer to a command that changes the safety state or restarts the brain.
     State(SafetyState),
@@ -125,6 +145,12 @@ pub enum RobotMessage {
         /// Duty of the two axes, −1…1.
         duty: [f32; 2],
     },
+    /// How far the calibration is.
+    Calibration(CalibrationProgress),
+    /// The robot's memory has been written and read back.
+    Stored,
+    /// How the robot itself is, once a second.
+    Vitals(Vitals),
 }
 
 /// The whole brain after one control step: sensors read, acted, learned. The prediction error `E = ξᵀξ` follows from
@@ -151,6 +177,127 @@ pub struct Telemetry {
     pub xi: [f32; 2],
     /// Time loop error vᵀv.
     pub time_loop_error: f32,
+}
+
+/// How the microcontroller and its board are; figures are of the second before, counts since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Vitals {
+    /// Servo ticks since the start.
+    pub ticks: u32,
+    /// Whether the middle of both axes is known.
+    pub homed: bool,
+    /// Whether the sensors are the host's.
+    pub simulated_sensors: bool,
+    /// Part of the time that the core was awake, 1/10 000.
+    pub load: u16,
+    /// Longest servo tick without a control step, ns from its start to its outputs.
+    pub servo_ns: u32,
+    /// Longest servo tick with a control step, ns.
+    pub brain_ns: u32,
+    /// Largest distance between two servo ticks' starts from a period, ns.
+    pub jitter_ns: u32,
+    /// Servo ticks that missed their deadline.
+    pub overruns: u32,
+    /// Servo ticks without a new reading of the inertial sensor.
+    pub imu_missed: u32,
+    /// Supply of the motors, mV.
+    pub battery_mv: u16,
+    /// Frames that found this line busy and were not sent.
+    pub unsent: u32,
+    /// Frames that arrived garbled on this line.
+    pub garbled: u32,
+}
+
+/// One step of the inertial sensor's calibration. Each averages two seconds of rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum CalibrationStep {
+    /// How far is it?
+    Status,
+    /// The body rests, in any attitude: finds the gyroscope's bias.
+    Still,
+    /// The body rests with this axis up: once all six are known, finds the accelerometer's bias and scale and how the
+    /// chip is mounted.
+    Up(BodyAxis),
+    /// Gives the six attitudes up and starts over; what was calibrated before stays.
+    Restart,
+}
+
+/// Axes of the body, both ways; the six attitudes of the calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum BodyAxis {
+    /// Positive end of sliding axis 1.
+    Slider1,
+    /// Negative end of sliding axis 1.
+    Slider1Negative,
+    /// Positive end of the cylinder axis.
+    Cylinder,
+    /// Negative end of the cylinder axis.
+    CylinderNegative,
+    /// Positive end of sliding axis 2.
+    Slider2,
+    /// Negative end of sliding axis 2.
+    Slider2Negative,
+}
+
+/// How far the calibration is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct CalibrationProgress {
+    /// What became of the last step.
+    pub phase: CalibrationPhase,
+    /// The attitudes that are known, bit n for the nth [`BodyAxis`].
+    pub attitudes: u8,
+}
+
+/// What became of the last step of the calibration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum CalibrationPhase {
+    /// None was asked for.
+    #[default]
+    Idle,
+    /// It is still averaging.
+    Averaging,
+    /// Done; more attitudes are needed before it has an effect.
+    Taken,
+    /// Done and in use, until the next start unless it is stored.
+    Applied,
+    /// The body moved: do it again.
+    Moved,
+    /// The six attitudes do not fit together: one was not what it was said to be.
+    Inconsistent,
+}
+
+/// Why the firmware started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum ResetCause {
+    /// The supply came up.
+    #[default]
+    PowerOn,
+    /// The reset button, or a debug probe.
+    Pin,
+    /// The firmware asked for it.
+    Software,
+    /// The watchdog was not fed.
+    Watchdog,
+    /// The supply sagged.
+    BrownOut,
+    /// The firmware panicked.
+    Panic,
+    /// The core took a fault.
+    HardFault,
+}
+
+/// What the robot's memory of parameters and calibration held at the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum MemoryState {
+    /// There is none, or it does not answer.
+    #[default]
+    Absent,
+    /// Nothing: the defaults are in use.
+    Empty,
+    /// A valid record, now in use.
+    Loaded,
+    /// No record that can be read, or one of another version: the defaults are in use.
+    Unreadable,
 }
 
 /// Number format of a brain.
@@ -196,6 +343,10 @@ pub enum FaultCode {
     Watchdog,
     /// The supply sagged.
     BrownOut,
+    /// The core took a fault before its last reset.
+    HardFault,
+    /// An axis does not end where it should: jammed, the wrong way round, or no encoder.
+    Homing,
 }
 
 /// Why a command was not carried out.
@@ -203,8 +354,12 @@ pub enum FaultCode {
 pub enum Refusal {
     /// Arm in Fault: clear the fault first.
     InFault,
-    /// The sensors' source changes only while Disarmed.
-    NotDisarmed,
+    /// Not while Armed: disarm first.
+    WhileArmed,
+    /// Arm before the middle of both axes is known: home first.
+    NotHomed,
+    /// The robot has no memory, or it did not take what was written.
+    NoMemory,
     /// Simulated sensors sent to a robot that uses its own: send `SimulatedSensors(true)` first.
     OwnSensors,
     /// No parameter has this index.

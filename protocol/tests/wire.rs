@@ -1,7 +1,7 @@
 //! The wire: every message survives it, and no garbage does.
 
 use proptest::prelude::*;
-use protocol::frame::{GapCounter, MAX_FRAME};
+use protocol::frame::{Arrival, MAX_FRAME, Numbering};
 use protocol::message::*;
 use protocol::{Decoder, FrameError, HostMessage, RobotMessage, SCHEMA, VERSION, encode};
 
@@ -17,6 +17,24 @@ fn telemetry(seed: f32) -> Telemetry {
         b: [f32::MAX; 2],
         xi: [seed; 2],
         time_loop_error: seed,
+    }
+}
+
+/// The longest vitals there can be.
+fn busiest() -> Vitals {
+    Vitals {
+        ticks: u32::MAX,
+        homed: true,
+        simulated_sensors: true,
+        load: u16::MAX,
+        servo_ns: u32::MAX,
+        brain_ns: u32::MAX,
+        jitter_ns: u32::MAX,
+        overruns: u32::MAX,
+        imu_missed: u32::MAX,
+        battery_mv: u16::MAX,
+        unsent: u32::MAX,
+        garbled: u32::MAX,
     }
 }
 
@@ -37,6 +55,10 @@ fn host_messages() -> Vec<HostMessage> {
             gyroscope: [-1, 0, 1],
             encoder: [i32::MIN, i32::MAX],
         }),
+        HostMessage::Home,
+        HostMessage::Calibrate(CalibrationStep::Up(BodyAxis::Slider2Negative)),
+        HostMessage::Store,
+        HostMessage::Forget,
     ]
 }
 
@@ -48,12 +70,17 @@ fn robot_messages() -> Vec<RobotMessage> {
             firmware: [255; 3],
             precision: Precision::Fixed,
             state: SafetyState::Disarmed,
+            reset: ResetCause::HardFault,
+            memory: MemoryState::Unreadable,
         },
         RobotMessage::State(SafetyState::Armed),
         RobotMessage::Parameter { index: 0, value: 1e-30 },
         RobotMessage::Refused(Refusal::BadValue),
         RobotMessage::Telemetry(telemetry(0.1)),
         RobotMessage::Actuators { duty: [1.0, -1.0] },
+        RobotMessage::Calibration(CalibrationProgress { phase: CalibrationPhase::Inconsistent, attitudes: 63 }),
+        RobotMessage::Stored,
+        RobotMessage::Vitals(busiest()),
     ]
 }
 
@@ -78,12 +105,28 @@ fn every_message_arrives_as_it_was_sent() {
 #[test]
 fn full_state_at_50_hz_leaves_a_fifth_of_a_57600_baud_radio_free() {
     // 8N1 takes ten bits a byte.
-    let budget = 57_600.0 / 10.0 / 50.0 * 0.8;
+    let budget = 57_600.0 / 10.0 * 0.8;
     let mut buffer = [0; MAX_FRAME];
     // Eleven hours after the start, and the longest state.
     let message = RobotMessage::Telemetry(Telemetry { tick: 2_000_000, ..telemetry(0.1) });
-    let bytes = encode(u16::MAX, &message, &mut buffer).expect("fits").len();
-    assert!(bytes as f64 <= budget, "{bytes} bytes a step, {budget} allowed");
+    let step = encode(u16::MAX, &message, &mut buffer).expect("fits").len();
+    // The ticks of eleven hours, some of them late, and a line that was busy.
+    let vitals = Vitals {
+        ticks: 40_000_000,
+        load: 10_000,
+        servo_ns: 1_000_000,
+        brain_ns: 1_000_000,
+        jitter_ns: 1_000_000,
+        overruns: 100,
+        imu_missed: 100_000,
+        battery_mv: 12_000,
+        unsent: 10_000,
+        garbled: 100,
+        ..busiest()
+    };
+    let vitals = encode(u16::MAX, &RobotMessage::Vitals(vitals), &mut buffer).expect("fits").len();
+    let bytes = 50 * step + vitals;
+    assert!(bytes as f64 <= budget, "{step} bytes a step, {vitals} of vitals: {bytes} of {budget} a second");
 }
 
 #[test]
@@ -137,9 +180,25 @@ fn a_flood_without_delimiters_is_one_error() {
 
 #[test]
 fn gaps_are_counted_across_the_wrap() {
-    let mut gaps = GapCounter::default();
-    assert_eq!([65534, 65535, 2, 3].map(|n| gaps.arrived(n)), [0, 0, 2, 0]);
-    assert_eq!(gaps.lost(), 2);
+    let mut numbering = Numbering::default();
+    let gaps = [65534, 65535, 2, 3].map(|n| numbering.arrived(n));
+    assert_eq!(gaps, [0, 0, 2, 0].map(|lost| Arrival::New { lost }));
+    assert_eq!(numbering.lost(), 2);
+}
+
+#[test]
+fn a_repeated_frame_and_a_sender_that_starts_anew_are_no_gaps() {
+    let mut numbering = Numbering::default();
+    let arrivals = [40_000, 40_001, 40_001, 39_995, 40_002, 0, 1].map(|n| numbering.arrived(n));
+    let new = Arrival::New { lost: 0 };
+    let (again, lost) = (Arrival::Again, Arrival::New { lost: 25_533 });
+    assert_eq!(arrivals, [new, new, again, again, new, lost, new], "a jump forwards can only be a gap");
+    let mut numbering = Numbering::default();
+    let arrivals = [20_000, 0, 1].map(|n| numbering.arrived(n));
+    assert_eq!(arrivals, [new, Arrival::Restarted, new]);
+    assert_eq!(numbering.lost(), 0);
+    numbering.begin(1);
+    assert_eq!(numbering.arrived(2), new, "a new sender's second frame");
 }
 
 proptest! {

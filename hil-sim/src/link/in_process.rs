@@ -27,7 +27,7 @@ impl<S: Scalar> InProcess<S> {
 impl<S: Scalar> Transport for InProcess<S> {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         let output = &mut self.output;
-        self.port.receive(bytes, &mut self.robot, &mut |frame| output.extend_from_slice(frame));
+        self.port.serve(bytes, &mut self.robot, &mut |frame| output.extend_from_slice(frame));
         Ok(())
     }
 

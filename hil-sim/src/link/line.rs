@@ -1,20 +1,11 @@
-//! The wire protocol's host side, over any transport of bytes.
+//! A robot at the other end of a line, over any transport of bytes: requests and answers in lock-step.
 
-use super::{Answer, Link, LinkError};
-use protocol::frame::{GapCounter, MAX_FRAME};
-use protocol::{Decoder, HostMessage, RobotMessage, Sequence, encode};
+use super::{Answer, Direction, Link, LinkError, Wire};
+use protocol::{FrameError, HostMessage, RobotMessage};
+use std::collections::VecDeque;
 
-/// Which way a frame went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
-    /// From the host to the robot.
-    ToRobot,
-    /// From the robot to the host.
-    ToHost,
-}
-
-/// Garbage without a delimiter goes onto the tape in pieces of this size.
-const LONGEST_GARBAGE: usize = 4096;
+/// How often a request is sent before the robot is taken to be deaf.
+const ATTEMPTS: u32 = 4;
 
 /// Something that carries bytes to a robot and back.
 pub trait Transport {
@@ -28,80 +19,93 @@ pub trait Transport {
     fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError>;
 }
 
-/// A robot at the other end of a wire.
+/// A robot at the other end of a line.
 #[derive(Debug)]
 pub struct Line<T> {
     transport: T,
-    decoder: Decoder,
-    sequence: Sequence,
-    gaps: GapCounter,
+    wire: Wire,
     /// Bytes read but not yet decoded.
-    input: Vec<u8>,
-    /// Bytes of the frame that is arriving.
-    frame: Vec<u8>,
-    tape: Vec<u8>,
-    cuts: Vec<(Direction, usize)>,
+    input: VecDeque<u8>,
+    /// What the robot said without being asked.
+    unasked: VecDeque<RobotMessage>,
 }
+
+/// Unasked messages that are kept for [`Line::listen`]; older ones give way.
+const KEPT: usize = 1024;
 
 impl<T: Transport> Line<T> {
     /// Speaks to the robot behind `transport`.
     pub fn new(transport: T) -> Self {
-        Line {
-            transport,
-            decoder: Decoder::new(),
-            sequence: Sequence::default(),
-            gaps: GapCounter::default(),
-            input: Vec::new(),
-            frame: Vec::new(),
-            tape: Vec::new(),
-            cuts: Vec::new(),
-        }
+        Line { transport, wire: Wire::default(), input: VecDeque::new(), unasked: VecDeque::new() }
     }
 
     /// Frames of the robot that did not arrive.
     pub fn lost(&self) -> u32 {
-        self.gaps.lost()
+        self.wire.lost()
     }
 
-    fn note(&mut self, direction: Direction, bytes: &[u8]) {
-        self.tape.extend_from_slice(bytes);
-        self.cuts.push((direction, self.tape.len()));
+    /// Frames of the robot that arrived garbled.
+    pub fn garbled(&self) -> u32 {
+        self.wire.garbled()
     }
 
-    /// Decodes one byte; a whole frame, good or not, goes onto the tape.
-    fn push(&mut self, byte: u8) -> Option<Result<RobotMessage, LinkError>> {
-        self.frame.push(byte);
-        let decoded = self.decoder.push::<RobotMessage>(byte);
-        if byte == 0 || self.frame.len() > LONGEST_GARBAGE {
-            let frame = core::mem::take(&mut self.frame);
-            self.note(Direction::ToHost, &frame);
+    /// The transport itself.
+    pub fn transport_mut(&mut self) -> &mut T {
+        &mut self.transport
+    }
+
+    /// The next thing that the robot says by itself; `None` if it says nothing within the transport's time limit.
+    ///
+    /// # Errors
+    /// A transport that is gone. Garbage is counted and passed over.
+    pub fn listen(&mut self) -> Result<Option<RobotMessage>, LinkError> {
+        loop {
+            if let Some(message) = self.unasked.pop_front() {
+                return Ok(Some(message));
+            }
+            match self.next() {
+                Ok(message) => return Ok(Some(message)),
+                Err(LinkError::NoAnswer) => return Ok(None),
+                Err(LinkError::Garbled(_)) => {}
+                Err(error) => return Err(error),
+            }
         }
-        Some(decoded?.map_err(LinkError::Garbled).map(|(number, message)| {
-            self.gaps.arrived(number);
-            message
-        }))
     }
 
-    /// Reads until `request` is answered; telemetry on the way is kept, what follows the answer stays for the next call.
-    fn await_answer(&mut self, request: &HostMessage) -> Result<Answer, LinkError> {
+    /// The next message that arrives.
+    fn next(&mut self) -> Result<RobotMessage, LinkError> {
+        loop {
+            while let Some(byte) = self.input.pop_front() {
+                if let Some(message) = self.wire.push(byte) {
+                    return message.map_err(LinkError::Garbled);
+                }
+            }
+            let mut arrived = Vec::new();
+            self.transport.read(&mut arrived)?;
+            self.input.extend(arrived);
+        }
+    }
+
+    /// Waits until `request` is answered or nothing more comes; telemetry before the answer belongs to it.
+    fn await_answer(&mut self, request: &HostMessage, garbled: &mut Option<FrameError>) -> Result<Answer, LinkError> {
         let mut telemetry = None;
         loop {
-            if self.input.is_empty() {
-                self.transport.read(&mut self.input)?;
-            }
-            let mut input = core::mem::take(&mut self.input).into_iter();
-            while let Some(byte) = input.next() {
-                let Some(message) = self.push(byte) else { continue };
-                if let Ok(RobotMessage::Telemetry(state)) = message {
-                    telemetry = Some(state);
-                }
-                match message {
-                    Ok(message) if !request.is_answered_by(&message) => {}
-                    done => {
-                        self.input = input.collect();
-                        return done.map(|message| Answer { message, telemetry });
+            match self.next() {
+                Ok(message) => {
+                    if let RobotMessage::Telemetry(state) = message {
+                        telemetry = Some(state);
                     }
+                    if request.is_answered_by(&message) {
+                        return Ok(Answer { message, telemetry });
+                    }
+                    if self.unasked.len() == KEPT {
+                        self.unasked.pop_front();
+                    }
+                    self.unasked.push_back(message);
                 }
+                // It may have been the answer: if no other comes, it is asked for again.
+                Err(LinkError::Garbled(error)) => *garbled = Some(error),
+                Err(error) => return Err(error),
             }
         }
     }
@@ -109,20 +113,20 @@ impl<T: Transport> Line<T> {
 
 impl<T: Transport> Link for Line<T> {
     fn request(&mut self, message: &HostMessage) -> Result<Answer, LinkError> {
-        let mut buffer = [0; MAX_FRAME];
-        // Every message of the protocol fits: its tests say so.
-        let bytes = encode(self.sequence.take(), message, &mut buffer).ok_or(LinkError::NoAnswer)?;
-        self.transport.write(bytes)?;
-        self.note(Direction::ToRobot, bytes);
-        self.await_answer(message)
+        let frame = self.wire.frame(message);
+        let mut garbled = None;
+        for _ in 0..ATTEMPTS {
+            self.transport.write(&frame)?;
+            self.wire.sent(&frame);
+            match self.await_answer(message, &mut garbled) {
+                Err(LinkError::NoAnswer) => {}
+                done => return done,
+            }
+        }
+        Err(garbled.map_or(LinkError::NoAnswer, LinkError::Garbled))
     }
 
     fn drain_frames(&mut self, sink: &mut dyn FnMut(Direction, &[u8])) {
-        let mut start = 0;
-        for (direction, end) in self.cuts.drain(..) {
-            sink(direction, &self.tape[start..end]);
-            start = end;
-        }
-        self.tape.clear();
+        self.wire.drain(sink);
     }
 }

@@ -1,19 +1,28 @@
 //! Links between the host and a robot: requests go out, answers come back, in lock-step.
 //!
-//! [`Line`] speaks the wire protocol over any [`Transport`] of bytes and keeps a tape of every frame for the recorder;
+//! [`Line`] speaks the wire protocol over any [`Transport`] of bytes; its [`Wire`] keeps a tape of every frame for the recorder;
 //! [`InProcess`] is the transport to a robot in this process, made of the firmware library itself.
 //! [`Direct`] calls that robot's message handler without a wire in between, for sweeps and benchmarks.
+//!
+//! [`Embodied`] is the other kind: a [`Board`] whose own chips sense the simulated world. [`SoftBoard`] is the library itself
+//! as such a board.
 
 mod direct;
+mod embodied;
 mod in_process;
 mod line;
+mod soft_board;
+mod wire;
 
 pub use direct::Direct;
+pub use embodied::{Board, Embodied};
 pub use in_process::InProcess;
-pub use line::{Direction, Line, Transport};
+pub use line::{Line, Transport};
+pub use soft_board::SoftBoard;
+pub use wire::{Direction, Wire};
 
 use core::fmt;
-use protocol::message::{Precision, Refusal, SafetyState};
+use protocol::message::{MemoryState, Precision, Refusal, ResetCause, SafetyState};
 use protocol::{FrameError, HostMessage, RobotMessage, Telemetry};
 
 /// What the robot said to one request.
@@ -35,7 +44,7 @@ pub trait Link {
 }
 
 /// Why a request got no answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkError {
     /// The robot said nothing, or not what answers the request.
     NoAnswer,
@@ -53,6 +62,9 @@ pub enum LinkError {
     },
     /// The robot refused a request that the run depends on.
     Refused(Refusal),
+    /// The way to the robot is gone or was never there: a port unplugged, busy or not allowed, an emulator that stopped. A
+    /// sentence that says what to do.
+    Broken(String),
 }
 
 impl fmt::Display for LinkError {
@@ -71,6 +83,7 @@ impl fmt::Display for LinkError {
                 protocol::SCHEMA
             ),
             LinkError::Refused(refusal) => write!(f, "the robot refuses: {}", explain(*refusal)),
+            LinkError::Broken(why) => f.write_str(why),
         }
     }
 }
@@ -81,7 +94,9 @@ impl std::error::Error for LinkError {}
 pub fn explain(refusal: Refusal) -> &'static str {
     match refusal {
         Refusal::InFault => "it is in Fault; clear the fault first",
-        Refusal::NotDisarmed => "its sensors are switched only while Disarmed; disarm first",
+        Refusal::WhileArmed => "not while it is Armed; disarm first",
+        Refusal::NotHomed => "the middle of its axes is not known yet; home first",
+        Refusal::NoMemory => "it has no memory, or the memory did not take it",
         Refusal::OwnSensors => "it uses its own sensors; switch it to simulated sensors first",
         Refusal::UnknownParameter => "it has no such parameter; host and firmware differ in version",
         Refusal::NotTheRobots => "this parameter is the simulator's, not the robot's",
@@ -98,20 +113,34 @@ pub struct Identity {
     pub precision: Precision,
     /// Its safety state.
     pub state: SafetyState,
+    /// Why it last started.
+    pub reset: ResetCause,
+    /// What its memory of parameters and calibration held then.
+    pub memory: MemoryState,
 }
 
 /// Says hello and makes sure that both sides mean the same by their messages.
 ///
 /// # Errors
-/// [`LinkError::Version`] or [`LinkError::Schema`] where they do not.
+/// As [`recognise`]; no answer.
 pub fn hello(link: &mut impl Link) -> Result<Identity, LinkError> {
     let answer = link.request(&HostMessage::Hello { version: protocol::VERSION, schema: protocol::SCHEMA })?;
-    match answer.message {
+    recognise(&answer.message)
+}
+
+/// Who a robot is that has answered a hello.
+///
+/// # Errors
+/// [`LinkError::Version`] or [`LinkError::Schema`] where the two sides do not mean the same by their messages.
+pub fn recognise(answer: &RobotMessage) -> Result<Identity, LinkError> {
+    match *answer {
         RobotMessage::Hello { version, .. } if version != protocol::VERSION => {
             Err(LinkError::Version { robot: version })
         }
         RobotMessage::Hello { schema, .. } if schema != protocol::SCHEMA => Err(LinkError::Schema { robot: schema }),
-        RobotMessage::Hello { firmware, precision, state, .. } => Ok(Identity { firmware, precision, state }),
+        RobotMessage::Hello { firmware, precision, state, reset, memory, .. } => {
+            Ok(Identity { firmware, precision, state, reset, memory })
+        }
         _ => Err(LinkError::NoAnswer),
     }
 }

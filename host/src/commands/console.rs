@@ -5,7 +5,7 @@ use crate::commands::run::{OverLink, description, over_link, title};
 use crate::console::{Action, Command, Console, Input, Target, execute};
 use crate::failure::Failure;
 use crate::recorder::{Places, Recorder};
-use hil_sim::link::Link;
+use hil_sim::coupling::Coupling;
 use hil_sim::measure::Measures;
 use hil_sim::run::Run;
 use protocol::message::SafetyState;
@@ -24,7 +24,7 @@ pub fn console(args: &ConsoleArgs) -> Result<(), Failure> {
 struct Session<'a>(&'a ConsoleArgs);
 
 impl OverLink for Session<'_> {
-    fn over(self, link: impl Link) -> Result<(), Failure> {
+    fn over(self, link: impl Coupling) -> Result<(), Failure> {
         let args = self.0;
         let run = Run::start(args.setup.setup()?, link).map_err(Failure::bad)?;
         let places = Places { csv: args.csv.clone(), log: args.log.clone(), plot: None };
@@ -40,6 +40,7 @@ impl OverLink for Session<'_> {
             args.setup.seed
         ));
         let measures = barrel.go_on(&mut console, args.duration.unwrap_or(f64::INFINITY))?;
+        barrel.run.finish().map_err(Failure::broken)?;
         barrel.recorder.finish()?;
         for line in measures.summary() {
             console.print(&line);
@@ -82,7 +83,7 @@ const TOO_LATE: f64 = 0.25;
 /// How often a paused run looks for what happened.
 const NAP: Duration = Duration::from_millis(50);
 
-impl<L: Link> Barrel<L> {
+impl<L: Coupling> Barrel<L> {
     /// Steps in pace with the clock, and carries out lines in between, until the end or `quit`.
     fn go_on(&mut self, console: &mut Console, end: f64) -> Result<Measures, Failure> {
         let mut measures = Measures::default();
@@ -175,7 +176,7 @@ impl<L: Link> Barrel<L> {
     }
 }
 
-impl<L: Link> Target for Barrel<L> {
+impl<L: Coupling> Target for Barrel<L> {
     fn get(&mut self, id: Id) -> Result<f64, String> {
         self.run.get(id).map_err(|error| error.to_string())
     }

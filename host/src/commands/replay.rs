@@ -14,8 +14,9 @@ use hil_sim::experiment::Experiment;
 use hil_sim::link::Direction;
 use hil_sim::record::BrainRecord;
 use hil_sim::replay::{self, Event};
-use hil_sim::run::{robot_parameters, time};
+use hil_sim::run::time;
 use hil_sim::setup::{BodyKind, Setup};
+use hil_sim::world::robot_parameters;
 use protocol::HostMessage;
 use protocol::parameter::Scope;
 use std::io::{self, Write};
@@ -94,6 +95,7 @@ fn brain_alone<S: Written>(args: &ReplayArgs, table: &Table) -> Result<(), Failu
         robot.set(id, value).map_err(|_| Failure::bad(format!("{} = {value} is not taken", id.name())))?;
     }
     robot.restart(args.seed.unwrap_or(setup.seed));
+    robot.handle(&HostMessage::SimulatedSensors(true), &mut |_| {});
     robot.handle(&HostMessage::Arm, &mut |_| {});
     let sensors = table.sensors().map_err(Failure::bad)?;
     let mut out = Output::create(args.csv.as_deref())?;

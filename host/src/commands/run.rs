@@ -6,7 +6,8 @@ use crate::plot::Title;
 use crate::recorder::{Places, Recorder};
 use firmware::scalar::Fixed16;
 use firmware::{Robot, Scalar};
-use hil_sim::link::{InProcess, Line, Link};
+use hil_sim::coupling::Coupling;
+use hil_sim::link::{InProcess, Line};
 use hil_sim::measure::{Measures, norm};
 use hil_sim::record::Record;
 use hil_sim::run::Run;
@@ -29,7 +30,7 @@ pub trait OverLink {
     ///
     /// # Errors
     /// Its own.
-    fn over(self, link: impl Link) -> Result<(), Failure>;
+    fn over(self, link: impl Coupling) -> Result<(), Failure>;
 }
 
 /// Reaches the robot that was asked for and does `what` with it.
@@ -53,12 +54,12 @@ fn line<S: Scalar>() -> Line<InProcess<S>> {
 struct Recording<'a>(&'a RunArgs);
 
 impl OverLink for Recording<'_> {
-    fn over(self, link: impl Link) -> Result<(), Failure> {
+    fn over(self, link: impl Coupling) -> Result<(), Failure> {
         record(self.0, link)
     }
 }
 
-fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
+fn record(args: &RunArgs, link: impl Coupling) -> Result<(), Failure> {
     let setup = args.setup.setup()?;
     let steps = (args.duration * 50.0).round().max(1.0) as u64;
     let mut run = Run::start(setup, link).map_err(Failure::bad)?;
@@ -77,6 +78,7 @@ fn record(args: &RunArgs, link: impl Link) -> Result<(), Failure> {
         measures.add(&record);
         progress.show(k + 1, &record);
     }
+    run.finish().map_err(Failure::broken)?;
     recorder.finish()?;
     let speed = progress.finish(steps);
     if !args.quiet {

@@ -1,0 +1,289 @@
+//! Parameters and calibration that survive a power cut at any moment.
+//!
+//! The memory holds two slots, at addresses 0x0000 and 0x0400. The older one is written, so the newer one is whole
+//! whenever the power goes; which one is newer is told by a sequence number, and whether one is whole by a checksum.
+//! What is read after a cut is therefore the record before it or the record after it.
+//!
+//! One slot, numbers little endian:
+//!
+//! ```text
+//! offset  bytes
+//!      0      4  magic, "brl1"
+//!      4      8  protocol::SCHEMA of the firmware that wrote it
+//!     12      4  sequence number: one more than that of the other slot, wraps
+//!     16      2  length of the payload: 4 · (parameters + 24), or 0: nothing is stored, the defaults are in use
+//!     18      …  payload: f32 each, bits kept exactly
+//!                  every parameter, in the order of protocol::parameter::TABLE
+//!                  accelerometer bias (3), scale (3); gyroscope bias (3), scale (3)
+//!                  mounting (9), column by column; position (3)
+//!   18+l      4  CRC-32/ISO-HDLC of all the bytes before
+//! ```
+//!
+//! A slot is refused if anything in it is not as it should be: magic, length, checksum, a SCHEMA that is not this
+//! firmware's, a number that is not finite or out of its range. Reads and writes are tried [`ATTEMPTS`] times, since a
+//! bus may garble one.
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use protocol::message::MemoryState;
+use protocol::parameter::{COUNT, Kind, TABLE};
+
+use crate::attitude::ImuCalibration;
+
+/// Bytes that the two slots take of the memory, from address 0.
+pub const MEMORY_BYTES: u16 = 2 * SLOT_DISTANCE;
+
+/// How often a slot is read before it counts as unreadable, and written before the memory counts as broken.
+pub const ATTEMPTS: usize = 3;
+
+const SLOT_DISTANCE: u16 = 0x400;
+const MAGIC: [u8; 4] = *b"brl1";
+const CALIBRATION_NUMBERS: usize = 24;
+const PAYLOAD: usize = 4 * (COUNT + CALIBRATION_NUMBERS);
+const HEADER: usize = 18;
+const CRC_BYTES: usize = 4;
+const IMAGE: usize = HEADER + PAYLOAD + CRC_BYTES;
+const _: () = assert!(IMAGE <= SLOT_DISTANCE as usize);
+
+/// Without a table: it is used once in a while, and a table is a kilobyte.
+static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// The bytes of one slot.
+type Image = [u8; IMAGE];
+
+/// A memory that keeps its bytes without power, and that can be cut off between any two of them.
+pub trait Memory {
+    /// Reads from `address` on.
+    ///
+    /// # Errors
+    /// The memory does not answer, or does not reach that far.
+    fn read(&mut self, address: u16, buffer: &mut [u8]) -> Result<(), MemoryError>;
+
+    /// Writes from `address` on, in the order of the bytes.
+    ///
+    /// # Errors
+    /// The memory does not answer or does not take the bytes, or does not reach that far.
+    fn write(&mut self, address: u16, bytes: &[u8]) -> Result<(), MemoryError>;
+}
+
+/// Why something could not be read from a memory or written to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MemoryError {
+    /// It does not answer as it should: no chip, another chip, or a broken line.
+    NoAnswer,
+    /// The memory does not reach that far.
+    OutOfBounds,
+    /// It answers, but what was written is not there.
+    NotWritten,
+    /// The record itself is wrong: a number is not finite or out of its range. Nothing was written.
+    BadRecord,
+}
+
+/// What is worth keeping over a power cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Every parameter, in the order of [`TABLE`]. Those of the simulator are kept, too, so that a parameter's place is
+    /// its index.
+    pub parameters: [f32; COUNT],
+    /// Calibration of the inertial sensor.
+    pub calibration: ImuCalibration,
+}
+
+impl Record {
+    /// Whether every number is finite and in its range, and the mounting a rotation.
+    pub fn is_sound(&self) -> bool {
+        let parameters = self.parameters.iter().zip(TABLE).all(|(&value, parameter)| {
+            // In single precision, as the value is: that nearest to a limit may lie just outside of it.
+            let in_range = value >= parameter.min as f32 && value <= parameter.max as f32;
+            in_range && (parameter.kind == Kind::Real || value == (value as i32) as f32)
+        });
+        let calibration = &self.calibration;
+        let finite = calibration_numbers(calibration).iter().all(|number| number.is_finite());
+        let mut scales = calibration.accelerometer_scale.iter().chain(calibration.gyroscope_scale.iter());
+        parameters && finite && scales.all(|scale| (0.5..=2.0).contains(scale)) && is_rotation(calibration)
+    }
+}
+
+/// Columns at right angles and of length 1 within 1 %, right-handed.
+fn is_rotation(calibration: &ImuCalibration) -> bool {
+    let mounting = &calibration.mounting;
+    let deviation = mounting.tr_mul(mounting) - nalgebra::Matrix3::identity();
+    deviation.iter().all(|entry| entry.abs() < 0.01) && mounting.determinant() > 0.0
+}
+
+/// What the memory holds, and the record if there is a valid one: the newer of two.
+pub fn load(memory: &mut impl Memory) -> (MemoryState, Option<Record>) {
+    let mut images = [[0; IMAGE]; 2];
+    let Ok(slots) = survey(memory, &mut images) else { return (MemoryState::Absent, None) };
+    match newest(slots) {
+        Some(slot) => match decode(&images[slot]) {
+            Some(record) => (MemoryState::Loaded, Some(record)),
+            None => (MemoryState::Empty, None),
+        },
+        None if slots == [Slot::Blank; 2] => (MemoryState::Empty, None),
+        None => (MemoryState::Unreadable, None),
+    }
+}
+
+/// Writes a record into the older slot and reads it back.
+///
+/// # Errors
+/// [`MemoryError::BadRecord`] if [`Record::is_sound`] does not hold; the others are the memory's. The record that was
+/// there before stays the valid one after an error, unless the memory is broken.
+pub fn save(memory: &mut impl Memory, record: &Record) -> Result<(), MemoryError> {
+    if !record.is_sound() {
+        return Err(MemoryError::BadRecord);
+    }
+    replace(memory, Some(record))
+}
+
+/// Empties the memory: writes that there is nothing, as safely as a record.
+///
+/// # Errors
+/// Those of the memory; what was there before then stays.
+pub fn forget(memory: &mut impl Memory) -> Result<(), MemoryError> {
+    replace(memory, None)
+}
+
+fn replace(memory: &mut impl Memory, record: Option<&Record>) -> Result<(), MemoryError> {
+    let mut images = [[0; IMAGE]; 2];
+    let slots = survey(memory, &mut images)?;
+    let (slot, sequence) = match newest(slots) {
+        Some(newest) => (1 - newest, sequence(&images[newest]).wrapping_add(1)),
+        None => (0, 0),
+    };
+    let [image, check] = &mut images;
+    let length = encode(record, sequence, image);
+    let address = address(slot);
+    for _ in 0..ATTEMPTS {
+        memory.write(address, &image[..length])?;
+        memory.read(address, &mut check[..length])?;
+        if image[..length] == check[..length] {
+            return Ok(());
+        }
+    }
+    Err(MemoryError::NotWritten)
+}
+
+fn address(slot: usize) -> u16 {
+    if slot == 0 { 0 } else { SLOT_DISTANCE }
+}
+
+/// What one slot holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Slot {
+    /// All zeros or all ones: it was never written.
+    Blank,
+    /// Garbage, or of another firmware.
+    Unreadable,
+    /// Something valid, under this sequence number.
+    Valid(u32),
+}
+
+/// Reads both slots.
+fn survey(memory: &mut impl Memory, images: &mut [Image; 2]) -> Result<[Slot; 2], MemoryError> {
+    let mut slots = [Slot::Unreadable; 2];
+    for (i, image) in images.iter_mut().enumerate() {
+        for _ in 0..ATTEMPTS {
+            memory.read(address(i), image)?;
+            slots[i] = judge(image);
+            if slots[i] != Slot::Unreadable {
+                break;
+            }
+        }
+    }
+    Ok(slots)
+}
+
+fn judge(image: &Image) -> Slot {
+    if image.iter().all(|&byte| byte == 0) || image.iter().all(|&byte| byte == 0xFF) {
+        return Slot::Blank;
+    }
+    let whole = [HEADER, HEADER + PAYLOAD].into_iter().any(|end| {
+        image[..16] == header(sequence(image))[..16]
+            && image[16..HEADER] == ((end - HEADER) as u16).to_le_bytes()
+            && image[end..end + CRC_BYTES] == CRC.checksum(&image[..end]).to_le_bytes()
+    });
+    if whole && decode(image).is_none_or(|record| record.is_sound()) {
+        Slot::Valid(sequence(image))
+    } else {
+        Slot::Unreadable
+    }
+}
+
+/// The slot with the newer valid content; numbers wrap.
+fn newest(slots: [Slot; 2]) -> Option<usize> {
+    match slots {
+        [Slot::Valid(first), Slot::Valid(second)] => Some(usize::from(second.wrapping_sub(first) < 1 << 31)),
+        [Slot::Valid(_), _] => Some(0),
+        [_, Slot::Valid(_)] => Some(1),
+        _ => None,
+    }
+}
+
+/// Magic, schema and sequence number; the length is zero.
+fn header(sequence: u32) -> [u8; HEADER] {
+    let mut header = [0; HEADER];
+    header[..4].copy_from_slice(&MAGIC);
+    header[4..12].copy_from_slice(&protocol::SCHEMA.to_le_bytes());
+    header[12..16].copy_from_slice(&sequence.to_le_bytes());
+    header
+}
+
+fn sequence(image: &Image) -> u32 {
+    u32::from_le_bytes([image[12], image[13], image[14], image[15]])
+}
+
+/// Fills in the image of a slot and returns its length.
+fn encode(record: Option<&Record>, sequence: u32, image: &mut Image) -> usize {
+    image[..HEADER].copy_from_slice(&header(sequence));
+    let mut end = HEADER;
+    if let Some(record) = record {
+        image[16..HEADER].copy_from_slice(&(PAYLOAD as u16).to_le_bytes());
+        let numbers = record.parameters.iter().copied().chain(calibration_numbers(&record.calibration));
+        for (bytes, number) in image[HEADER..HEADER + PAYLOAD].chunks_exact_mut(4).zip(numbers) {
+            bytes.copy_from_slice(&number.to_le_bytes());
+        }
+        end += PAYLOAD;
+    }
+    let checksum = CRC.checksum(&image[..end]);
+    image[end..end + CRC_BYTES].copy_from_slice(&checksum.to_le_bytes());
+    end + CRC_BYTES
+}
+
+/// The record in a slot whose checksum is right; `None` if it says that there is none.
+fn decode(image: &Image) -> Option<Record> {
+    if image[16..HEADER] == [0, 0] {
+        return None;
+    }
+    let mut numbers = image[HEADER..HEADER + PAYLOAD]
+        .chunks_exact(4)
+        .map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
+    let mut next = || numbers.next().unwrap_or_default();
+    let parameters = core::array::from_fn(|_| next());
+    let mut calibration = ImuCalibration::default();
+    for number in calibration_slices_mut(&mut calibration).into_iter().flatten() {
+        *number = next();
+    }
+    Some(Record { parameters, calibration })
+}
+
+/// The numbers of a calibration, in the order in which they are stored.
+fn calibration_numbers(calibration: &ImuCalibration) -> [f32; CALIBRATION_NUMBERS] {
+    let mut copy = *calibration;
+    let mut numbers = [0.0; CALIBRATION_NUMBERS];
+    for (number, held) in numbers.iter_mut().zip(calibration_slices_mut(&mut copy).into_iter().flatten()) {
+        *number = *held;
+    }
+    numbers
+}
+
+fn calibration_slices_mut(calibration: &mut ImuCalibration) -> [&mut [f32]; 6] {
+    [
+        calibration.accelerometer_bias.as_mut_slice(),
+        calibration.accelerometer_scale.as_mut_slice(),
+        calibration.gyroscope_bias.as_mut_slice(),
+        calibration.gyroscope_scale.as_mut_slice(),
+        calibration.mounting.as_mut_slice(),
+        calibration.position.as_mut_slice(),
+    ]
+}

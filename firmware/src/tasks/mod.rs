@@ -1,0 +1,8 @@
+//! What the microcontroller does all day.
+
+pub mod idle;
+pub mod panel;
+pub mod servo;
+pub mod shared;
+pub mod storage;
+pub mod wire;

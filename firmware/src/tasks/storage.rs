@@ -1,0 +1,43 @@
+//! Keeps parameters and calibration in the FRAM: read once at the start, written when a host asks for it. The memory takes
+//! half a millisecond for a record and runs on a bus of its own, so the servo does not notice.
+
+use firmware::fram::Fram;
+use firmware::robot::Errand;
+use firmware::storage::{self, Record};
+use protocol::RobotMessage;
+use protocol::message::{MemoryState, Refusal};
+
+use crate::board::FramSpi;
+use crate::log;
+use crate::tasks::shared::{ERRANDS, OUTBOX, Outgoing};
+
+/// Finds the memory and what is in it.
+pub fn open(spi: FramSpi) -> (Option<Fram<FramSpi>>, MemoryState, Option<Record>) {
+    match Fram::probe(spi) {
+        Ok(mut fram) => {
+            let (state, record) = storage::load(&mut fram);
+            (Some(fram), state, record)
+        }
+        Err(_) => (None, MemoryState::Absent, None),
+    }
+}
+
+/// Sees to what the robot wants kept.
+#[embassy_executor::task]
+pub async fn storage(mut fram: Option<Fram<FramSpi>>) {
+    loop {
+        let (port, errand) = ERRANDS.receive().await;
+        let done = fram.as_mut().is_some_and(|fram| {
+            match &errand {
+                Errand::Store(record) => storage::save(fram, record),
+                Errand::Forget => storage::forget(fram),
+            }
+            .is_ok()
+        });
+        let answer = if done { RobotMessage::Stored } else { RobotMessage::Refused(Refusal::NoMemory) };
+        if !done {
+            log::warning!("the memory did not take what was written");
+        }
+        port.of(&OUTBOX).send(Outgoing::Answer(answer)).await;
+    }
+}

@@ -1,0 +1,180 @@
+//! The robot on its own sensors, in the body: the library as a board, so that what fails here is not the hardware's doing.
+
+use barrel_tests::setup;
+use firmware::Robot;
+use hil_sim::coupling::Coupling;
+use hil_sim::link::{Board, Direction, Embodied, LinkError, SoftBoard};
+use hil_sim::measure::Measures;
+use hil_sim::replay::{self, Event};
+use hil_sim::run::{Run, RunError};
+use hil_sim::setup::BodyKind;
+use protocol::message::{FaultCode, Refusal, SafetyState, Transducers};
+use protocol::{HostMessage, Id, RobotMessage};
+
+fn board() -> SoftBoard<f32> {
+    SoftBoard::new(Robot::default())
+}
+
+fn start<B: Board>(seed: u64, board: B) -> Run<Embodied<B>> {
+    Run::start(setup("homeokinetic", BodyKind::Tabletop, seed, &[]), Embodied::new(board)).expect("the run starts")
+}
+
+#[test]
+fn it_homes_arms_leaves_rest_and_sweeps() {
+    for seed in 1..=3 {
+        let mut run = start(seed, board());
+        let mut measures = Measures::default();
+        let mut expected = 0.0;
+        while run.time() < 180.0 {
+            let record = run.step().expect("goes on");
+            assert!((record.brain.t - expected).abs() < 1e-9, "no step is missing");
+            expected += 0.02;
+            measures.add(&record);
+        }
+        let left = measures.left_rest().unwrap_or(f64::INFINITY);
+        assert!(left < 60.0, "seed {seed}: left rest at {left} s");
+        assert!(measures.reversals().len() >= 4, "seed {seed}: turned back at {:?}", measures.reversals());
+    }
+}
+
+#[test]
+fn the_record_shows_the_world_at_the_instant_the_sensors_were_read() {
+    let mut run = start(2, board());
+    for k in 0..3000 {
+        let truth = run.plant().inclination();
+        let record = run.step().expect("goes on");
+        // Telemetry of this board leaves in the tick itself, so the step reported is the one that begins here.
+        let error = (0..2).map(|i| (truth[i] - f64::from(record.brain.x[i])).abs()).fold(0.0, f64::max);
+        assert!(error < 0.2, "step {k}: x {:?}, in truth {truth:?}", record.brain.x);
+    }
+}
+
+#[test]
+fn one_seed_gives_one_run() {
+    let records = |seed| {
+        let mut run = start(seed, board());
+        (0..1000).map(|_| run.step().expect("goes on")).collect::<Vec<_>>()
+    };
+    assert_eq!(records(5), records(5));
+    assert_ne!(records(5), records(6));
+}
+
+#[test]
+fn its_log_replays_bit_for_bit() {
+    let mut run = start(4, board());
+    for k in 0..600 {
+        if k == 300 {
+            run.set(Id::EpsC, 0.2).expect("in range");
+        }
+        run.step().expect("goes on");
+    }
+    let mut frames = Vec::new();
+    run.link_mut().drain_frames(&mut |direction: Direction, bytes: &[u8]| frames.push((direction, bytes.to_vec())));
+    let mut steps = 0;
+    let verdict = replay::replay::<f32>(frames.iter().map(|(d, b)| (*d, &b[..])), &[], |event| {
+        steps = if matches!(event, Event::Restart) { 0 } else { steps + 1 };
+    });
+    assert!(verdict.is_identical(), "{verdict:?}");
+    assert!(steps >= 600, "{steps} steps");
+    let other = replay::replay::<f32>(frames.iter().map(|(d, b)| (*d, &b[..])), &[(Id::EpsA, 0.2)], |_| {});
+    assert!(!other.is_identical(), "another learning rate must show");
+}
+
+/// A board at the end of a line that loses and changes bytes, both ways.
+struct Lossy {
+    board: SoftBoard<f32>,
+    count: u32,
+    every: u32,
+}
+
+impl Lossy {
+    fn spoil(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut arrived = Vec::new();
+        for &byte in bytes {
+            self.count += 1;
+            match self.count % self.every {
+                0 => {}
+                7 => arrived.push(byte ^ 0x10),
+                _ => arrived.push(byte),
+            }
+        }
+        arrived
+    }
+}
+
+impl Board for Lossy {
+    fn tick(&mut self, sensed: &Transducers, to: &[u8], from: &mut Vec<u8>) -> Result<[f32; 2], LinkError> {
+        let to = self.spoil(to);
+        let mut said = Vec::new();
+        let duty = self.board.tick(sensed, &to, &mut said)?;
+        from.extend(self.spoil(&said));
+        Ok(duty)
+    }
+}
+
+#[test]
+fn bytes_lost_on_the_line_cost_steps_of_the_record_and_nothing_of_the_run() {
+    let mut clean = start(1, board());
+    let mut lossy = start(1, Lossy { board: board(), count: 0, every: 1009 });
+    let kept: Vec<_> = (0..400).map(|_| clean.step().expect("goes on")).collect();
+    let mut missing = 0;
+    let mut last = -0.02;
+    while lossy.time() < 7.9 {
+        let record = lossy.step().expect("goes on");
+        missing += ((record.brain.t - last) / 0.02).round() as u32 - 1;
+        last = record.brain.t;
+        let k = (record.brain.t / 0.02).round() as usize;
+        // Not to the bit: the noise of the chips has run on while requests were repeated. But every step says so.
+        assert_eq!(record.brain.t, kept[k].brain.t);
+    }
+    assert!(missing > 5, "{missing} steps missing: the line was not bad enough to say anything");
+    assert!(lossy.link_mut().lost() >= missing, "{} counted, {missing} missing", lossy.link_mut().lost());
+}
+
+/// A board whose inertial sensor falls silent, or never spoke.
+struct Blind {
+    robot: Robot<f32>,
+}
+
+#[test]
+fn a_bare_board_can_still_be_put_into_a_simulated_body() {
+    let mut blind = Blind { robot: Robot::default() };
+    let mut ask = |message: HostMessage| {
+        for _ in 0..20 {
+            let tick = blind.robot.servo_tick(&firmware::robot::Senses {
+                stop_loop_open: true,
+                battery_mv: Some(0),
+                ..firmware::robot::Senses::default()
+            });
+            assert_eq!((tick.outputs.duty(), tick.powered), ([0.0; 2], false));
+        }
+        let mut answer = None;
+        blind.robot.handle(&message, &mut |reply| answer = Some(*reply));
+        answer.expect("an answer")
+    };
+    assert_eq!(ask(HostMessage::Arm), RobotMessage::Refused(Refusal::NotHomed));
+    let fault = RobotMessage::State(SafetyState::Fault(FaultCode::EmergencyStop));
+    assert_eq!(ask(HostMessage::Disarm), fault, "no stop loop, no chips: it says so");
+    assert_eq!(ask(HostMessage::SimulatedSensors(true)), fault);
+    assert_eq!(ask(HostMessage::ClearFault), RobotMessage::State(SafetyState::Disarmed));
+    assert_eq!(ask(HostMessage::Arm), RobotMessage::State(SafetyState::Armed));
+    assert_eq!(ask(HostMessage::SimulatedSensors(false)), RobotMessage::Refused(Refusal::WhileArmed));
+}
+
+/// A board whose motors pull nothing.
+struct Limp(SoftBoard<f32>);
+
+impl Board for Limp {
+    fn tick(&mut self, sensed: &Transducers, to: &[u8], from: &mut Vec<u8>) -> Result<[f32; 2], LinkError> {
+        self.0.tick(sensed, to, from).map(|_| [0.0; 2])
+    }
+}
+
+#[test]
+fn motors_that_pull_nothing_are_found_by_homing() {
+    let setup = setup("homeokinetic", BodyKind::Tabletop, 1, &[]);
+    let Err(RunError::Link(LinkError::Broken(why))) = Run::start(setup, Embodied::new(Limp(board()))) else {
+        panic!("a limp robot was started")
+    };
+    assert!(why.contains("Homing"), "{why}");
+}
