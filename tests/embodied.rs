@@ -7,7 +7,7 @@ use hil_sim::link::{Board, Direction, Embodied, LinkError, SoftBoard};
 use hil_sim::measure::Measures;
 use hil_sim::replay::{self, Event};
 use hil_sim::run::{Run, RunError};
-use hil_sim::setup::BodyKind;
+use hil_sim::setup::{BodyKind, Push};
 use protocol::message::{FaultCode, Refusal, SafetyState, Transducers};
 use protocol::{HostMessage, Id, RobotMessage};
 
@@ -39,14 +39,25 @@ fn it_homes_arms_leaves_rest_and_sweeps() {
 
 #[test]
 fn the_record_shows_the_world_at_the_instant_the_sensors_were_read() {
-    let mut run = start(2, board());
-    for k in 0..3000 {
-        let truth = run.plant().inclination();
+    let mut setup = setup("homeokinetic", BodyKind::Tabletop, 2, &[("sensorNoise", 0.0)]);
+    setup.pushes.push(Push { start: 1.0, torque: 0.5, seconds: 0.5 });
+    let mut run = Run::start(setup, Embodied::new(board())).expect("starts");
+    let (mut errors, mut late, mut fastest) = (Vec::new(), Vec::new(), 0.0_f64);
+    let mut before = None;
+    for _ in 0..500 {
         let record = run.step().expect("goes on");
-        // Telemetry of this board leaves in the tick itself, so the step reported is the one that begins here.
-        let error = (0..2).map(|i| (truth[i] - f64::from(record.brain.x[i])).abs()).fold(0.0, f64::max);
-        assert!(error < 0.2, "step {k}: x {:?}, in truth {truth:?}", record.brain.x);
+        // A lying barrel's inclinations are sine and cosine of its roll.
+        let roll = f64::from(record.brain.x[0]).atan2(f64::from(record.brain.x[1]));
+        let error = |phi: f64| (roll + phi).sin().abs();
+        errors.push(error(record.plant.phi));
+        late.push(error(before.unwrap_or(record.plant.phi)));
+        before = Some(record.plant.phi);
+        fastest = fastest.max(record.plant.omega.abs());
     }
+    let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
+    assert!(fastest > 3.0, "it rolled at {fastest:.1} rad/s at most");
+    assert!(mean(&errors) < 0.02, "the roll is {:.4} rad off", mean(&errors));
+    assert!(mean(&late) > 1.5 * mean(&errors), "a step late would show: {:.4} and {:.4}", mean(&late), mean(&errors));
 }
 
 #[test]

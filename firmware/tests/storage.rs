@@ -147,6 +147,7 @@ fn loaded(record: &Record) -> (MemoryState, Option<Record>) {
 
 /// What is done to a memory that is cut off.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a test has room")]
 enum Action {
     Save(Record),
     Forget,

@@ -48,6 +48,8 @@ pub struct Embodied<B> {
     steps: VecDeque<Step>,
     vitals: Option<Vitals>,
     memory: Memory,
+    /// The next state that is reported answers the restart with which the run begins.
+    beginning: bool,
 }
 
 impl<B: Board> Embodied<B> {
@@ -60,6 +62,7 @@ impl<B: Board> Embodied<B> {
             steps: VecDeque::new(),
             vitals: None,
             memory: Memory::default(),
+            beginning: false,
         }
     }
 
@@ -99,7 +102,14 @@ impl<B: Board> Embodied<B> {
                     self.steps.push_back(Step { telemetry, plant: self.memory.at(telemetry.tick) });
                 }
                 Some(Ok(RobotMessage::Vitals(vitals))) => self.vitals = Some(vitals),
-                Some(Ok(message)) => said.push(message),
+                Some(Ok(message)) => {
+                    if self.beginning && matches!(message, RobotMessage::State(_)) {
+                        self.beginning = false;
+                        self.steps.clear();
+                        self.memory.begin();
+                    }
+                    said.push(message);
+                }
                 // Counted by the wire: a request is repeated, a lost step is a gap.
                 Some(Err(_)) | None => {}
             }
@@ -146,11 +156,11 @@ impl<B: Board> Coupling for Embodied<B> {
         // robot takes for a move. The second one is where the run begins.
         world.hold_at_start()?;
         let restart = HostMessage::Restart { seed: world.setup().seed };
-        for message in [restart, HostMessage::Arm, restart] {
+        for message in [restart, HostMessage::Arm] {
             demand(self.request(&message, world))?;
         }
-        self.steps.clear();
-        self.memory.begin();
+        self.beginning = true;
+        demand(self.request(&restart, world))?;
         Ok(())
     }
 
