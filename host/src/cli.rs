@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::suggest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use hil_sim::experiment::{EXPERIMENTS, Experiment};
+use hil_sim::link::serial::USB_BAUD;
 use hil_sim::setup::{BodyKind, Push, Setup};
 use protocol::Id;
 use protocol::message::Precision;
@@ -36,6 +37,8 @@ pub enum Command {
     List(ListArgs),
     /// Talk to a running barrel: show and set parameters, push, store and load
     Console(ConsoleArgs),
+    /// Watch a robot and record what it says
+    Monitor(MonitorArgs),
 }
 
 /// What decides a run.
@@ -47,12 +50,17 @@ pub struct SetupArgs {
     /// The barrel: the chapter's, or one that can be built
     #[arg(long, value_enum, default_value_t = Body::Chapter)]
     pub body: Body,
-    /// How the robot is reached: in-process
+    /// How the robot is reached: in-process, virtual-board, or serial:PORT[@BAUD], as in serial:/dev/ttyACM0 (460800 baud, the
+    /// board on USB; its radio takes @57600)
     #[arg(long, value_parser = link, default_value = "in-process")]
     pub link: Link,
-    /// Number format of the robot's brain; what it reports, and so what is recorded, is f32 in each
-    #[arg(long, value_enum, default_value_t = Format::F32)]
-    pub precision: Format,
+    /// The flash image of a virtual board [default: built from the sources]
+    #[arg(long, value_name = "FILE.elf")]
+    pub firmware: Option<PathBuf>,
+    /// Number format of the robot's brain; what it reports, and so what is recorded, is f32 in each [default: f32; a robot
+    /// that is not in process has its own]
+    #[arg(long, value_enum)]
+    pub precision: Option<Format>,
     /// Seed of all randomness
     #[arg(long, default_value_t = 1, allow_hyphen_values = true)]
     pub seed: u64,
@@ -175,6 +183,9 @@ pub struct ConsoleArgs {
     /// What decides the run.
     #[command(flatten)]
     pub setup: SetupArgs,
+    /// Put a robot on a serial line into the simulated barrel, instead of talking to it as it stands there
+    #[arg(long)]
+    pub simulate: bool,
     /// Speed against real time
     #[arg(long, default_value_t = 1.0, value_parser = speed, allow_hyphen_values = true)]
     pub speed: f64,
@@ -187,6 +198,20 @@ pub struct ConsoleArgs {
     /// Write the log (MCAP) here
     #[arg(long, value_name = "FILE.mcap")]
     pub log: Option<PathBuf>,
+}
+
+/// `barrel monitor`
+#[derive(Debug, Args)]
+pub struct MonitorArgs {
+    /// The robot's port, as in /dev/ttyACM0 or ttyUSB0@57600 [default: found by asking on every port on USB]
+    #[arg(long, value_name = "PORT[@BAUD]", value_parser = address)]
+    pub port: Option<Address>,
+    /// Write the log (MCAP) here [default: in a new folder of runs/]
+    #[arg(long, value_name = "FILE.mcap")]
+    pub log: Option<PathBuf>,
+    /// End by itself after this many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
+    pub duration: Option<f64>,
 }
 
 /// Which list `barrel list` prints.
@@ -253,10 +278,47 @@ impl From<Precision> for Format {
 }
 
 /// How the robot is reached.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
     /// The firmware library in this process.
     InProcess,
+    /// The flash image on an emulated board.
+    VirtualBoard,
+    /// A board on a serial line.
+    Serial(Address),
+}
+
+impl std::fmt::Display for Link {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Link::InProcess => f.write_str("in-process"),
+            Link::VirtualBoard => f.write_str("virtual-board"),
+            Link::Serial(address) => write!(f, "serial:{address}"),
+        }
+    }
+}
+
+/// A serial port, and how fast it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Address {
+    /// Its device or name.
+    pub port: String,
+    /// Bits a second, if they were said.
+    pub baud: Option<u32>,
+}
+
+impl Address {
+    /// Bits a second: as said, else those of the board on USB.
+    pub fn baud(&self) -> u32 {
+        self.baud.unwrap_or(USB_BAUD)
+    }
+}
+
+impl std::fmt::Display for Address {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.port)?;
+        self.baud.map_or(Ok(()), |baud| write!(f, "@{baud}"))
+    }
 }
 
 fn experiment(name: &str) -> Result<&'static Experiment, String> {
@@ -267,13 +329,30 @@ fn experiment(name: &str) -> Result<&'static Experiment, String> {
 }
 
 fn link(name: &str) -> Result<Link, String> {
-    match name {
-        "in-process" => Ok(Link::InProcess),
-        _ if name == "virtual-board" || name.starts_with("serial:") => {
-            Err("this version has no such link yet; use in-process".to_owned())
+    match (name, name.strip_prefix("serial:")) {
+        ("in-process", _) => Ok(Link::InProcess),
+        ("virtual-board", _) => Ok(Link::VirtualBoard),
+        (_, Some(port)) => address(port).map(Link::Serial),
+        _ => {
+            Err("there is no such link; use in-process, virtual-board or serial:PORT, as in serial:/dev/ttyACM0"
+                .to_owned())
         }
-        _ => Err("there is no such link; use in-process".to_owned()),
     }
+}
+
+fn address(text: &str) -> Result<Address, String> {
+    let usage = "write PORT or PORT@BAUD, as in /dev/ttyACM0 or ttyUSB0@57600";
+    let (port, baud) = match text.rsplit_once('@') {
+        None => (text, None),
+        Some((port, baud)) => match baud.parse() {
+            Ok(baud @ 1200..=4_000_000) => (port, Some(baud)),
+            _ => return Err(format!("'{baud}' is no speed of a serial port, which is 1200 to 4000000 baud; {usage}")),
+        },
+    };
+    if port.is_empty() {
+        return Err(format!("the port is missing; {usage}"));
+    }
+    Ok(Address { port: port.to_owned(), baud })
 }
 
 /// A parameter's name and value, checked against the table as the console does it.

@@ -14,13 +14,14 @@ mod complete;
 mod execute;
 mod input;
 pub mod parameter_set;
+pub mod robot;
 
 use std::path::PathBuf;
 
 use hil_sim::setup::SetError;
 use thiserror::Error;
 
-pub use command::{Action, COMMANDS, Command, CommandHelp, Topic, parse, parse_assignment};
+pub use command::{AXES, Action, COMMANDS, Command, CommandHelp, Topic, parse, parse_assignment};
 pub use complete::complete;
 pub use execute::{Target, execute};
 pub use input::{Console, Input};

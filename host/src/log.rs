@@ -7,8 +7,9 @@
 //! | `/brain` | `json` | control step: [`crate::csv::BRAIN_COLUMNS`] |
 //! | `/plant` | `json` | control step: [`crate::csv::PLANT_COLUMNS`] and `t` |
 //! | `/events` | `json` | event: `t`, `kind`, `text` |
+//! | `/vitals` | `json` | second of a robot on a line: [`protocol::message::Vitals`] and `t`; not in runs |
 //!
-//! Times are virtual, in ns; nothing in the file comes from the wall clock, so one seed gives one file, byte for byte.
+//! Times are virtual, in ns; in a run nothing comes from the wall clock, so one seed gives one file, byte for byte.
 //! Two metadata records stand in front: `run` (how to repeat it, versions) and `parameters` (all of them, at the start).
 //!
 //! Chunks hold about one simulated second and reach the file whole, in order, with nothing to patch afterwards: a run
@@ -22,6 +23,7 @@ use std::path::PathBuf;
 
 use hil_sim::link::Direction;
 use hil_sim::record::{BrainRecord, PlantRecord};
+use protocol::message::Vitals;
 use thiserror::Error;
 
 pub use read::{Export, Reader, export, is_log, read_table, table};
@@ -37,6 +39,8 @@ pub const BRAIN: &str = "/brain";
 pub const PLANT: &str = "/plant";
 /// Topic of the events.
 pub const EVENTS: &str = "/events";
+/// Topic of the robot's vitals.
+pub const VITALS: &str = "/vitals";
 
 /// One message of a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +66,13 @@ pub enum Entry {
     },
     /// Something happened.
     Event(Event),
+    /// How the robot was at time `t`, s.
+    Vitals {
+        /// Time, s.
+        t: f64,
+        /// What it said of itself.
+        vitals: Vitals,
+    },
 }
 
 /// A parameter was set, somebody pushed, the safety state changed, …

@@ -14,6 +14,7 @@ fn main() -> ExitCode {
         Command::Plot(args) => commands::plot::plot(&args),
         Command::List(args) => commands::list::list(&args),
         Command::Console(args) => commands::console::console(&args),
+        Command::Monitor(args) => commands::monitor::monitor(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -77,10 +77,13 @@ impl Sequence {
     }
 }
 
-/// Follows the frames' numbers of one direction: counts those that did not arrive, and knows one that came again.
+/// Follows the frames' numbers of one direction: counts those that did not arrive, and knows one that came again. A lost
+/// frame that arrives after all, because its sender was asked once more, is no longer lost.
 #[derive(Clone, Debug, Default)]
 pub struct Numbering {
     expected: Option<u16>,
+    /// Which of the last frames have arrived: bit n for number `expected − 1 − n`.
+    recent: u32,
     lost: u32,
 }
 
@@ -98,27 +101,40 @@ pub enum Arrival {
     Restarted,
 }
 
-/// A number this little behind the expected one is a repeat; further behind, the sender has started afresh.
-const RECENT: u16 = 8;
+/// A number this little behind the expected one is of a recent frame; further behind, the sender has started afresh.
+const RECENT: u16 = u32::BITS as u16;
 
 impl Numbering {
     /// Notes an arrived frame.
     pub fn arrived(&mut self, sequence: u16) -> Arrival {
-        let ahead = self.expected.map_or(0, |expected| sequence.wrapping_sub(expected));
+        let Some(expected) = self.expected else {
+            self.begin(sequence);
+            return Arrival::New { lost: 0 };
+        };
+        let ahead = sequence.wrapping_sub(expected);
         if ahead >= RECENT.wrapping_neg() {
-            return Arrival::Again;
+            let bit = 1 << (u16::MAX - ahead);
+            if self.recent & bit != 0 {
+                return Arrival::Again;
+            }
+            self.recent |= bit;
+            self.lost = self.lost.saturating_sub(1);
+            return Arrival::New { lost: 0 };
         }
-        self.expected = Some(sequence.wrapping_add(1));
         if ahead > u16::MAX / 2 {
+            self.begin(sequence);
             return Arrival::Restarted;
         }
+        self.expected = Some(sequence.wrapping_add(1));
+        self.recent = self.recent.checked_shl(u32::from(ahead) + 1).unwrap_or(0) | 1;
         self.lost = self.lost.saturating_add(u32::from(ahead));
         Arrival::New { lost: ahead }
     }
 
-    /// Takes this frame as the first of a new sender.
+    /// Takes this frame as the first of a new sender. What was numbered before it counts as arrived.
     pub fn begin(&mut self, sequence: u16) {
         self.expected = Some(sequence.wrapping_add(1));
+        self.recent = u32::MAX;
     }
 
     /// Frames lost so far.

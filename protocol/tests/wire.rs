@@ -201,6 +201,19 @@ fn a_repeated_frame_and_a_sender_that_starts_anew_are_no_gaps() {
     assert_eq!(numbering.arrived(2), new, "a new sender's second frame");
 }
 
+#[test]
+fn a_lost_frame_that_arrives_after_all_is_heard_once_and_no_longer_lost() {
+    let mut numbering = Numbering::default();
+    let arrivals = [65_534, 1, 65_535, 65_535, 1, 0, 2].map(|n| numbering.arrived(n));
+    let new = Arrival::New { lost: 0 };
+    assert_eq!(arrivals, [new, Arrival::New { lost: 2 }, new, Arrival::Again, Arrival::Again, new, new]);
+    assert_eq!(numbering.lost(), 0);
+    // Beyond what is remembered, it is another sender's.
+    numbering.arrived(100);
+    assert_eq!(numbering.arrived(50), Arrival::Restarted);
+    assert_eq!(numbering.lost(), 97);
+}
+
 proptest! {
     #[test]
     fn the_decoder_is_in_step_one_frame_after_any_garbage(

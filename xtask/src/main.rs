@@ -1,24 +1,44 @@
 //! Project chores, in Rust so that a machine with cargo can do them all: `cargo xtask test`, `cargo xtask setup`.
+//!
+//! What is done goes to the standard error stream; only what a program may want to read goes to the standard output.
+
+mod budget;
+mod command;
+mod debian;
+mod elf;
+mod firmware;
+mod setup;
+mod test;
+mod toolchain;
 
 use std::env;
-use std::process::{Command, ExitCode};
-use std::time::Instant;
+use std::process::ExitCode;
 
 const HELP: &str = "\
-cargo xtask setup   installs what the tests need and is missing
-cargo xtask test    setup, then formatting, lints, documentation and every test
-cargo xtask bench   every benchmark (criterion); reports in target/criterion";
+cargo xtask setup      installs what the tests and the image need and is missing
+cargo xtask test       setup, then formatting, lints, documentation, the images and every test
+cargo xtask firmware   builds the image for the board and shows what it takes of flash and RAM
+    --no-log           without logs; the budget of flash counts for this one
+    --fixed            the brain in fixed point instead of f32
+    --target TARGET    thumbv7em-none-eabihf (the board; the default) or thumbv7m-none-eabi (no FPU)
+    --print-path       the last line of the standard output is the image's path
+cargo xtask bench      every benchmark (criterion); reports in target/criterion";
 
 fn main() -> ExitCode {
-    let task = env::args().nth(1);
-    let done = match task.as_deref() {
-        Some("setup") => setup(),
-        Some("test") => setup().and_then(|()| test()),
-        Some("bench") => bench(),
-        Some("help" | "--help" | "-h") | None => {
-            println!("{HELP}");
-            Ok(())
+    let words: Vec<String> = env::args().skip(1).collect();
+    let mut words = words.iter().map(String::as_str);
+    let task = words.next();
+    let rest: Vec<&str> = words.collect();
+    let done = match task {
+        Some("help" | "--help" | "-h") | None => help(),
+        Some(_) if rest.contains(&"--help") || rest.contains(&"-h") => help(),
+        Some("firmware") => firmware::Order::parse(&rest).and_then(|order| order.execute()),
+        Some("setup" | "test" | "bench") if !rest.is_empty() => {
+            Err(format!("'{}' is not understood\n{HELP}", rest.join(" ")))
         }
+        Some("setup") => setup::everything(),
+        Some("test") => test::everything(),
+        Some("bench") => command::run("benchmarks", command::cargo("bench").args(["--workspace", "--benches"])),
         Some(other) => Err(format!("there is no task '{other}'\n{HELP}")),
     };
     match done {
@@ -30,49 +50,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Makes sure that what the tests call is there.
-fn setup() -> Result<(), String> {
-    for component in ["rustfmt", "clippy"] {
-        let tool = if component == "rustfmt" { "fmt" } else { "clippy" };
-        if quiet(&["cargo", tool, "--version"]) {
-            println!("    present: {component}");
-            continue;
-        }
-        run(&format!("installing {component}"), &["rustup", "component", "add", component], &[]).map_err(|why| {
-            format!("{why}\ninstall {component} for your Rust toolchain by hand, then run this again")
-        })?;
-    }
+fn help() -> Result<(), String> {
+    println!("{HELP}");
     Ok(())
-}
-
-fn test() -> Result<(), String> {
-    run("formatting", &["cargo", "fmt", "--all", "--check"], &[])?;
-    run("lints", &["cargo", "clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
-    run("documentation", &["cargo", "doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")])?;
-    run("tests", &["cargo", "test", "--workspace", "--no-fail-fast"], &[])
-}
-
-fn bench() -> Result<(), String> {
-    run("benchmarks", &["cargo", "bench", "--workspace", "--benches"], &[])
-}
-
-/// Runs a command whose output belongs to the person.
-fn run(what: &str, command: &[&str], environment: &[(&str, &str)]) -> Result<(), String> {
-    println!("==> {what}: {}", command.join(" "));
-    let start = Instant::now();
-    let status = Command::new(command[0])
-        .args(&command[1..])
-        .envs(environment.iter().copied())
-        .status()
-        .map_err(|why| format!("{what}: cannot start {}: {why}", command[0]))?;
-    if !status.success() {
-        return Err(format!("{what} failed: {}", command.join(" ")));
-    }
-    println!("    {what}: {} s", start.elapsed().as_secs());
-    Ok(())
-}
-
-/// Whether a command runs and succeeds, its output unseen.
-fn quiet(command: &[&str]) -> bool {
-    Command::new(command[0]).args(&command[1..]).output().is_ok_and(|out| out.status.success())
 }

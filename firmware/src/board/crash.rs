@@ -46,6 +46,12 @@ fn panic(info: &PanicInfo) -> ! {
     go_down(LastWords::Panic)
 }
 
+/// An interrupt that nobody serves is as wrong as a fault.
+#[exception]
+unsafe fn DefaultHandler(_number: i16) {
+    go_down(LastWords::HardFault)
+}
+
 #[exception]
 unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
     go_down(LastWords::HardFault)

@@ -22,12 +22,14 @@ use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{bind_interrupts, dma, peripherals, rcc, usart};
+use embassy_stm32::{bind_interrupts, dma, pac, peripherals, rcc, usart};
 
 /// Clock of the core, Hz.
 pub const CORE_HZ: u32 = 168_000_000;
 /// Clock that the debug probe gives, Hz.
 const CRYSTAL: Hertz = Hertz(8_000_000);
+/// Looks at the debug probe's clock before it is given up: some 100 ms at the 16 MHz of the start.
+const CLOCK_PATIENCE: u32 = 200_000;
 /// Time without a servo tick in time after which the watchdog resets the chip, µs.
 const WATCHDOG: u32 = 20_000;
 /// Priority of what serves thread mode: below the servo. Its own interrupts keep the highest.
@@ -96,14 +98,17 @@ pub fn start() -> Board {
     board
 }
 
-/// 168 MHz from the 8 MHz that the debug probe gives.
+/// 168 MHz from the 8 MHz that the debug probe gives, or from the chip's own 16 MHz where it does not: they are within 1 %.
 fn clocks() -> embassy_stm32::Config {
     let mut config = embassy_stm32::Config::default();
     let rcc = &mut config.rcc;
-    rcc.hse = Some(rcc::Hse { freq: CRYSTAL, mode: rcc::HseMode::Bypass });
-    rcc.pll_src = rcc::PllSource::HSE;
+    let probe_clock = probe_clock_runs();
+    if probe_clock {
+        rcc.hse = Some(rcc::Hse { freq: CRYSTAL, mode: rcc::HseMode::Bypass });
+        rcc.pll_src = rcc::PllSource::HSE;
+    }
     rcc.pll = Some(rcc::Pll {
-        prediv: rcc::PllPreDiv::DIV4,
+        prediv: if probe_clock { rcc::PllPreDiv::DIV4 } else { rcc::PllPreDiv::DIV8 },
         mul: rcc::PllMul::MUL168,
         divp: Some(rcc::PllPDiv::DIV2),
         divq: Some(rcc::PllQDiv::DIV7),
@@ -114,6 +119,17 @@ fn clocks() -> embassy_stm32::Config {
     rcc.apb2_pre = rcc::APBPrescaler::DIV2;
     rcc.sys = rcc::Sysclk::PLL1_P;
     config
+}
+
+/// Whether the debug probe gives its clock. On a battery it may not, and waiting for it would be for ever.
+fn probe_clock_runs() -> bool {
+    pac::RCC.cr().modify(|cr| cr.set_hsebyp(true));
+    pac::RCC.cr().modify(|cr| cr.set_hseon(true));
+    let found = (0..CLOCK_PATIENCE).any(|_| pac::RCC.cr().read().hserdy());
+    if !found {
+        pac::RCC.cr().modify(|cr| cr.set_hseon(false));
+    }
+    found
 }
 
 /// Puts what serves thread mode below the servo.

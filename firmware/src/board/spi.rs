@@ -1,25 +1,28 @@
 //! The two SPI buses: the inertial sensor's, by DMA, and the FRAM's, which waits for nobody.
 
 use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::mode::{Async, Blocking};
+use embassy_stm32::interrupt;
+use embassy_stm32::interrupt::InterruptExt;
+use embassy_stm32::mode::{Async, Blocking, Mode};
 use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, peripherals};
-use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
+use embassy_time::Duration;
+use embedded_hal::spi::{ErrorType, Operation};
 use firmware::imu::Icm42688p;
 
 use super::Irqs;
 
-/// Within the 24 MHz that the sensor takes; APB2 gives 84 MHz by powers of two.
-const IMU_CLOCK: Hertz = Hertz(10_000_000);
-/// Within the 40 MHz that the memory takes.
-const FRAM_CLOCK: Hertz = Hertz(10_000_000);
+/// Clock of the inertial sensor, which takes 24 MHz: 84 MHz by a power of two, and kind to some centimetres of wire.
+const IMU_CLOCK: Hertz = Hertz(5_250_000);
+/// Clock of the memory, which takes 40 MHz: 42 MHz by a power of two.
+const FRAM_CLOCK: Hertz = Hertz(5_250_000);
 
 /// The inertial sensor.
-pub type Imu = Icm42688p<ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, NoDelay>>;
+pub type Imu = Icm42688p<Selected<Spi<'static, Async, Master>>>;
 /// The bus of the FRAM.
-pub type FramSpi = ExclusiveDevice<Spi<'static, Blocking, Master>, Output<'static>, NoDelay>;
+pub type FramSpi = Selected<Spi<'static, Blocking, Master>>;
 
 /// The inertial sensor on its bus.
 pub fn imu(
@@ -33,8 +36,10 @@ pub fn imu(
     dma: (Peri<'static, peripherals::DMA2_CH3>, Peri<'static, peripherals::DMA2_CH2>),
 ) -> Imu {
     let (sck, mosi, miso, select) = pins;
-    let spi = Spi::new(bus, sck, mosi, miso, dma.0, dma.1, Irqs, config(IMU_CLOCK));
-    Icm42688p::new(device(spi, Output::new(select, Level::High, Speed::VeryHigh)))
+    let bus = Spi::new(bus, sck, mosi, miso, dma.0, dma.1, Irqs, config(IMU_CLOCK));
+    // What is received ends last and wakes whoever waits for both; that the sending has ended is not worth an interrupt.
+    interrupt::DMA2_STREAM3.disable();
+    Icm42688p::new(Selected { bus, select: Output::new(select, Level::High, Speed::Medium) })
 }
 
 /// The bus of the FRAM.
@@ -48,20 +53,76 @@ pub fn fram(
     ),
 ) -> FramSpi {
     let (sck, mosi, miso, select) = pins;
-    let spi = Spi::new_blocking(bus, sck, mosi, miso, config(FRAM_CLOCK));
-    device(spi, Output::new(select, Level::High, Speed::VeryHigh))
-}
-
-fn device<B>(bus: B, select: Output<'static>) -> ExclusiveDevice<B, Output<'static>, NoDelay> {
-    match ExclusiveDevice::new_no_delay(bus, select) {
-        Ok(device) => device,
-        // A pin of this chip cannot fail to be set.
-        Err(never) => match never {},
-    }
+    let bus = Spi::new_blocking(bus, sck, mosi, miso, config(FRAM_CLOCK));
+    Selected { bus, select: Output::new(select, Level::High, Speed::Medium) }
 }
 
 fn config(clock: Hertz) -> spi::Config {
     let mut config = spi::Config::default();
     config.frequency = clock;
+    // Edges no faster than the clock needs them: less ringing on wires.
+    config.gpio_speed = Speed::Medium;
     config
+}
+
+/// The only chip on a bus, with its select.
+pub struct Selected<B> {
+    bus: B,
+    select: Output<'static>,
+}
+
+/// A transaction: the select is low as long as this lives. A transaction that is given up half way, as when the bus hangs, ends
+/// for the chip, too.
+struct Selection<'a>(&'a mut Output<'static>);
+
+impl<'a> Selection<'a> {
+    fn begin(select: &'a mut Output<'static>) -> Self {
+        select.set_low();
+        Selection(select)
+    }
+}
+
+impl Drop for Selection<'_> {
+    fn drop(&mut self) {
+        self.0.set_high();
+    }
+}
+
+impl<B: ErrorType> ErrorType for Selected<B> {
+    type Error = B::Error;
+}
+
+impl<M: Mode> Selected<Spi<'static, M, Master>> {
+    /// A transaction that waits for the bus byte by byte.
+    fn wait_through(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), spi::Error> {
+        let _selected = Selection::begin(&mut self.select);
+        for operation in operations {
+            match operation {
+                Operation::Read(bytes) => self.bus.blocking_read(bytes)?,
+                Operation::Write(bytes) => self.bus.blocking_write(bytes)?,
+                Operation::Transfer(read, write) => self.bus.blocking_transfer(read, write)?,
+                Operation::TransferInPlace(bytes) => self.bus.blocking_transfer_in_place(bytes)?,
+                Operation::DelayNs(ns) => embassy_time::block_for(Duration::from_nanos(u64::from(*ns))),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl embedded_hal::spi::SpiDevice for FramSpi {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), spi::Error> {
+        self.wait_through(operations)
+    }
+}
+
+impl embedded_hal_async::spi::SpiDevice for Selected<Spi<'static, Async, Master>> {
+    /// Nothing asks for this: the inertial sensor's driver has one transfer in a transaction, which is below.
+    async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), spi::Error> {
+        self.wait_through(operations)
+    }
+
+    async fn transfer_in_place(&mut self, bytes: &mut [u8]) -> Result<(), spi::Error> {
+        let _selected = Selection::begin(&mut self.select);
+        self.bus.transfer_in_place(bytes).await
+    }
 }

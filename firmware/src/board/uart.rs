@@ -1,5 +1,6 @@
 //! The two UARTs, both ways by DMA.
 
+use embassy_stm32::gpio::Pull;
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{self, RingBufferedUartRx, UartTx};
 use embassy_stm32::{Peri, peripherals};
@@ -62,5 +63,7 @@ fn split(uart: Result<usart::Uart<'static, Async>, usart::ConfigError>, buffer: 
 fn config(baud: u32) -> usart::Config {
     let mut config = usart::Config::default();
     config.baudrate = baud;
+    // A line to which nothing is connected is quiet.
+    config.rx_pull = Pull::Up;
     config
 }

@@ -1,6 +1,7 @@
 //! What the microcontroller does all day.
 
 pub mod idle;
+mod pace;
 pub mod panel;
 pub mod servo;
 pub mod shared;

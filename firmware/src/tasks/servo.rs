@@ -3,67 +3,77 @@
 use core::sync::atomic::Ordering::Relaxed;
 
 use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant};
 use firmware::Robot;
 use firmware::load::LoadMeter;
 use firmware::robot::Senses;
 use firmware::timing::SERVO_PERIOD;
-use protocol::message::SafetyState;
+use protocol::message::{Refusal, SafetyState};
 use protocol::{HostMessage, RobotMessage};
 
 use crate::board::{Axes, Imu, StopInputs, Watchdog};
-use crate::tasks::shared::{AWAKE, BATTERY, ERRANDS, GARBLED, INBOX, OUTBOX, Outgoing, Port, SHOWN, Shown, UNSENT};
+use crate::tasks::pace::Pace;
+use crate::tasks::shared::{
+    AWAKE, BATTERY, ERRANDS, FOR_ANSWERS, GARBLED, INBOX, OUTBOX, Outgoing, Port, SHOWN, Shown, UNSENT,
+};
 use crate::{Brain, board, log};
 
 /// Servo ticks in a second.
 const SECOND: u32 = (1.0 / SERVO_PERIOD) as u32;
 /// Messages carried out in one tick at most.
 const AT_ONCE: usize = 2;
-/// Longest time that the inertial sensor's transaction may take.
-const IMU_LIMIT: Duration = Duration::from_micros(300);
+/// Servo ticks that the inertial sensor is left alone after a transaction that did not end within its tick. That tick is lost; more
+/// of them would be the watchdog's business.
+const IMU_REST: u8 = 100;
 /// Servo ticks that the inertial sensor is waited for at the start.
 const IMU_START: u32 = 250;
 
 /// Sensors, robot, motors, every millisecond, for ever.
 #[embassy_executor::task]
 pub async fn servo(mut robot: Robot<Brain>, mut imu: Imu, mut axes: Axes, stop: StopInputs, mut watchdog: Watchdog) {
-    let mut ticker = Ticker::every(Duration::from_hz(u64::from(SECOND)));
+    let mut pace = Pace::every(Duration::from_hz(u64::from(SECOND)));
     // A sensor that is still starting is not a stale one.
     for _ in 0..IMU_START {
         if imu.is_running() {
             break;
         }
-        ticker.next().await;
-        let _ = embassy_time::with_timeout(IMU_LIMIT, imu.tick()).await;
+        pace.tick().await;
+        let _ = select(imu.tick(), pace.tick()).await;
     }
     watchdog.unleash();
     let mut meter = LoadMeter::new(board::CORE_HZ);
     let mut deadline_missed = false;
+    let mut imu_rest = 0;
     let mut ticks: u32 = 0;
     loop {
         if robot.simulated_sensors() {
             // The host's clock counts: its messages are carried out when they come.
-            if let Either::Second((port, message)) = select(ticker.next(), INBOX.receive()).await {
+            if let Either::Second((port, message)) = select(pace.tick(), INBOX.receive()).await {
                 serve(&mut robot, port, &message);
                 continue;
             }
         } else {
-            ticker.next().await;
+            pace.tick().await;
         }
         let start = board::cycles();
         for _ in 0..AT_ONCE {
             let Ok((port, message)) = INBOX.try_receive() else { break };
             serve(&mut robot, port, &message);
         }
-        let reading = if robot.simulated_sensors() {
-            None
-        } else {
-            let reading = embassy_time::with_timeout(IMU_LIMIT, imu.tick()).await.ok().flatten();
+        let mut reading = None;
+        if !robot.simulated_sensors() {
+            if imu_rest > 0 {
+                imu_rest -= 1;
+            } else {
+                match select(imu.tick(), pace.tick()).await {
+                    Either::First(new) => reading = new,
+                    Either::Second(()) => imu_rest = IMU_REST,
+                }
+            }
             if reading.is_none() {
                 meter.imu_missed();
             }
-            reading
-        };
+        }
         let battery = BATTERY.load(Relaxed);
         let tick = robot.servo_tick(&Senses {
             imu: reading,
@@ -76,9 +86,8 @@ pub async fn servo(mut robot: Robot<Brain>, mut imu: Imu, mut axes: Axes, stop: 
         axes.drive(tick.outputs, tick.powered);
         let with_brain = tick.telemetry.is_some();
         let met = meter.tick(start, board::cycles(), with_brain);
-        // A robot in the hands of a host is as late as the host makes it.
-        deadline_missed = !met && !robot.simulated_sensors();
-        if met || robot.simulated_sensors() {
+        deadline_missed = !met;
+        if met {
             watchdog.pet();
         }
         if let Some(telemetry) = tick.telemetry {
@@ -95,20 +104,26 @@ pub async fn servo(mut robot: Robot<Brain>, mut imu: Imu, mut axes: Axes, stop: 
 /// Has the robot carry out a message; its answers go to the host who asked.
 fn serve(robot: &mut Robot<Brain>, port: Port, message: &HostMessage) {
     robot.handle(message, &mut |reply| post(port, Outgoing::Answer(*reply)));
-    if let Some(errand) = robot.take_errand() {
-        // One errand at a time: a host asks again when it hears nothing.
-        let _ = ERRANDS.try_send((port, errand));
+    if let Some(errand) = robot.take_errand()
+        && ERRANDS.try_send((port, errand)).is_err()
+    {
+        // One errand at a time.
+        post(port, Outgoing::Answer(RobotMessage::Refused(Refusal::NoMemory)));
     }
 }
 
+/// Tells both hosts.
 fn announce(message: &RobotMessage) {
     for port in Port::ALL {
         post(port, Outgoing::Announcement(*message));
     }
 }
 
+/// Puts a message on its way, or counts it.
 fn post(port: Port, message: Outgoing) {
-    if port.of(&OUTBOX).try_send(message).is_err() {
+    let outbox = port.of(&OUTBOX);
+    let crowded = matches!(message, Outgoing::Announcement(_)) && outbox.free_capacity() <= FOR_ANSWERS;
+    if crowded || outbox.try_send(message).is_err() {
         let unsent = port.of(&UNSENT);
         unsent.store(unsent.load(Relaxed).wrapping_add(1), Relaxed);
     }

@@ -42,6 +42,8 @@ pub enum Outgoing {
 pub static INBOX: Channel<CriticalSectionRawMutex, (Port, HostMessage), 8> = Channel::new();
 /// Messages on their way to each host.
 pub static OUTBOX: [Channel<CriticalSectionRawMutex, Outgoing, 6>; 2] = [const { Channel::new() }; 2];
+/// Places in an outbox that are kept for answers: a host that waits for one must not miss it for telemetry.
+pub const FOR_ANSWERS: usize = 3;
 /// Messages that found no room in an outbox.
 pub static UNSENT: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 /// Frames that arrived garbled.

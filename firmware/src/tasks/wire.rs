@@ -26,10 +26,9 @@ pub async fn wire(id: Port, mut uart: Uart) {
                     let mut again = heapless::Vec::<u8, ANSWERS>::new();
                     match port.push(byte) {
                         None => {}
-                        Some(Incoming::Request(message)) => {
-                            // A full inbox is a lost frame: the host asks again.
-                            let _ = INBOX.try_send((id, message));
-                        }
+                        // The servo takes two of them in every tick: this waits for milliseconds at most, and the ring holds
+                        // what arrives meanwhile.
+                        Some(Incoming::Request(message)) => INBOX.send((id, message)).await,
                         Some(Incoming::Again(frames)) => {
                             let _ = again.extend_from_slice(frames);
                         }

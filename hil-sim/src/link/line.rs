@@ -1,11 +1,12 @@
 //! A robot at the other end of a line, over any transport of bytes: requests and answers in lock-step.
 
 use super::{Answer, Direction, Link, LinkError, Wire};
-use protocol::{FrameError, HostMessage, RobotMessage};
+use protocol::{FrameError, HostMessage, RobotMessage, Telemetry};
 use std::collections::VecDeque;
+use std::time::{Duration, Instant};
 
 /// How often a request is sent before the robot is taken to be deaf.
-const ATTEMPTS: u32 = 4;
+const ATTEMPTS: u32 = 8;
 
 /// Something that carries bytes to a robot and back.
 pub trait Transport {
@@ -17,6 +18,11 @@ pub trait Transport {
     /// # Errors
     /// [`LinkError::NoAnswer`] when nothing comes.
     fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError>;
+
+    /// How long an answer may take, whatever else arrives meanwhile. `None` where what has not come will not come.
+    fn patience(&self) -> Option<Duration> {
+        None
+    }
 }
 
 /// A robot at the other end of a line.
@@ -59,71 +65,134 @@ impl<T: Transport> Line<T> {
     /// # Errors
     /// A transport that is gone. Garbage is counted and passed over.
     pub fn listen(&mut self) -> Result<Option<RobotMessage>, LinkError> {
+        let until = self.until(1);
         loop {
             if let Some(message) = self.unasked.pop_front() {
                 return Ok(Some(message));
             }
-            match self.next() {
-                Ok(message) => return Ok(Some(message)),
+            match self.next(until) {
+                Ok(Heard::Message(message)) => return Ok(Some(message)),
                 Err(LinkError::NoAnswer) => return Ok(None),
-                Err(LinkError::Garbled(_)) => {}
+                Ok(Heard::Garbage(_) | Heard::Again) => {}
                 Err(error) => return Err(error),
             }
         }
     }
 
-    /// The next message that arrives.
-    fn next(&mut self) -> Result<RobotMessage, LinkError> {
+    /// So many times the transport's patience from now.
+    fn until(&self, times: u32) -> Option<Instant> {
+        self.transport.patience().map(|patience| Instant::now() + patience * times)
+    }
+
+    /// The next frame that arrives.
+    fn next(&mut self, until: Option<Instant>) -> Result<Heard, LinkError> {
         loop {
             while let Some(byte) = self.input.pop_front() {
-                if let Some(message) = self.wire.push(byte) {
-                    return message.map_err(LinkError::Garbled);
+                let repeated = self.wire.repeated();
+                match self.wire.push(byte) {
+                    Some(Ok(message)) => return Ok(Heard::Message(message)),
+                    Some(Err(error)) => return Ok(Heard::Garbage(error)),
+                    None if self.wire.repeated() != repeated => return Ok(Heard::Again),
+                    None => {}
                 }
             }
+            if until.is_some_and(|until| Instant::now() >= until) {
+                return Err(LinkError::NoAnswer);
+            }
             let mut arrived = Vec::new();
-            self.transport.read(&mut arrived)?;
+            match self.transport.read(&mut arrived) {
+                Err(LinkError::NoAnswer) if until.is_some() => {}
+                read => read?,
+            }
             self.input.extend(arrived);
         }
     }
 
     /// Waits until `request` is answered or nothing more comes; telemetry before the answer belongs to it.
-    fn await_answer(&mut self, request: &HostMessage, garbled: &mut Option<FrameError>) -> Result<Answer, LinkError> {
-        let mut telemetry = None;
+    fn await_answer(
+        &mut self,
+        request: &HostMessage,
+        until: Option<Instant>,
+        heard: &mut Exchange,
+    ) -> Result<(), LinkError> {
+        let garbled = self.garbled();
         loop {
-            match self.next() {
-                Ok(message) => {
+            match self.next(until)? {
+                Heard::Message(message) => {
                     if let RobotMessage::Telemetry(state) = message {
-                        telemetry = Some(state);
+                        heard.telemetry = Some(state);
                     }
                     if request.is_answered_by(&message) {
-                        return Ok(Answer { message, telemetry });
+                        heard.answer = Some(message);
+                    } else {
+                        self.keep(message);
                     }
-                    if self.unasked.len() == KEPT {
-                        self.unasked.pop_front();
+                    if heard.answer.is_some() {
+                        return Ok(());
                     }
-                    self.unasked.push_back(message);
                 }
                 // It may have been the answer: if no other comes, it is asked for again.
-                Err(LinkError::Garbled(error)) => *garbled = Some(error),
-                Err(error) => return Err(error),
+                Heard::Garbage(error) => heard.garbled = Some(error),
+                // The whole answer once more, and nothing new in it.
+                Heard::Again if heard.answer.is_some() && self.garbled() == garbled => {
+                    heard.complete = true;
+                    return Ok(());
+                }
+                Heard::Again => {}
             }
         }
     }
+
+    fn keep(&mut self, message: RobotMessage) {
+        if self.unasked.len() == KEPT {
+            self.unasked.pop_front();
+        }
+        self.unasked.push_back(message);
+    }
+}
+
+/// What came out of the line.
+enum Heard {
+    Message(RobotMessage),
+    /// Something that is no frame of the protocol.
+    Garbage(FrameError),
+    /// A frame that was heard before.
+    Again,
+}
+
+/// What has been heard of the answer to a request.
+#[derive(Default)]
+struct Exchange {
+    answer: Option<RobotMessage>,
+    telemetry: Option<Telemetry>,
+    /// There is nothing more to come.
+    complete: bool,
+    garbled: Option<FrameError>,
 }
 
 impl<T: Transport> Link for Line<T> {
     fn request(&mut self, message: &HostMessage) -> Result<Answer, LinkError> {
         let frame = self.wire.frame(message);
-        let mut garbled = None;
-        for _ in 0..ATTEMPTS {
+        let lost = self.lost();
+        let mut heard = Exchange::default();
+        for attempt in 0..ATTEMPTS {
             self.transport.write(&frame)?;
             self.wire.sent(&frame);
-            match self.await_answer(message, &mut garbled) {
-                Err(LinkError::NoAnswer) => {}
-                done => return done,
+            match self.await_answer(message, self.until(1 + attempt / 2), &mut heard) {
+                Ok(()) | Err(LinkError::NoAnswer) => {}
+                Err(error) => return Err(error),
+            }
+            // A frame that was lost just before the answer may have been the brain's state: it is asked for again.
+            let may_lack = matches!(message, HostMessage::Transducers(_)) && heard.telemetry.is_none();
+            if heard.answer.is_some() && (heard.complete || !may_lack || self.lost() <= lost) {
+                break;
             }
         }
-        Err(garbled.map_or(LinkError::NoAnswer, LinkError::Garbled))
+        match (heard.answer, heard.garbled) {
+            (Some(message), _) => Ok(Answer { message, telemetry: heard.telemetry }),
+            (None, Some(error)) => Err(LinkError::Garbled(error)),
+            (None, None) => Err(LinkError::NoAnswer),
+        }
     }
 
     fn drain_frames(&mut self, sink: &mut dyn FnMut(Direction, &[u8])) {

@@ -1,7 +1,8 @@
 //! Links between the host and a robot: requests go out, answers come back, in lock-step.
 //!
 //! [`Line`] speaks the wire protocol over any [`Transport`] of bytes; its [`Wire`] keeps a tape of every frame for the recorder;
-//! [`InProcess`] is the transport to a robot in this process, made of the firmware library itself.
+//! [`InProcess`] is the transport to a robot in this process, made of the firmware library itself; [`Serial`] the one to a
+//! robot that can be touched.
 //! [`Direct`] calls that robot's message handler without a wire in between, for sweeps and benchmarks.
 //!
 //! [`Embodied`] is the other kind: a [`Board`] whose own chips sense the simulated world. [`SoftBoard`] is the library itself
@@ -11,6 +12,7 @@ mod direct;
 mod embodied;
 mod in_process;
 mod line;
+pub mod serial;
 mod soft_board;
 mod wire;
 
@@ -18,6 +20,7 @@ pub use direct::Direct;
 pub use embodied::{Board, Embodied};
 pub use in_process::InProcess;
 pub use line::{Line, Transport};
+pub use serial::Serial;
 pub use soft_board::SoftBoard;
 pub use wire::{Direction, Wire};
 

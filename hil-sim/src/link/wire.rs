@@ -23,6 +23,7 @@ pub struct Wire {
     sequence: Sequence,
     numbering: Numbering,
     garbled: u32,
+    repeated: u32,
     /// Bytes of the frame that is arriving.
     frame: Vec<u8>,
     tape: Vec<u8>,
@@ -56,6 +57,7 @@ impl Wire {
                 if matches!(message, RobotMessage::Hello { .. }) {
                     self.numbering.begin(number);
                 } else if self.numbering.arrived(number) == Arrival::Again {
+                    self.repeated = self.repeated.wrapping_add(1);
                     return None;
                 }
                 Some(Ok(message))
@@ -75,6 +77,11 @@ impl Wire {
     /// Frames of the robot that arrived garbled.
     pub fn garbled(&self) -> u32 {
         self.garbled
+    }
+
+    /// Frames of the robot that had been heard before.
+    pub fn repeated(&self) -> u32 {
+        self.repeated
     }
 
     /// Hands over every frame since the last call, in order.

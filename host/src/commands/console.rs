@@ -1,37 +1,54 @@
 //! `barrel console`: a barrel that rolls while its parameters are shown, set, stored and loaded.
 
-use crate::cli::ConsoleArgs;
-use crate::commands::run::{OverLink, description, over_link, title};
-use crate::console::{Action, Command, Console, Input, Target, execute};
+use crate::cli::{ConsoleArgs, Link};
+use crate::commands::robot_console::robot_console;
+use crate::commands::run::{About, OverLink, description, over_link, title};
+use crate::console::robot::{self, HOMED, Pending, Robot, cuts_in, unless_refused};
+use crate::console::{Action, Command, Console, ConsoleError, Input, Target, execute};
 use crate::failure::Failure;
 use crate::recorder::{Places, Recorder};
+use crate::words;
 use hil_sim::coupling::Coupling;
 use hil_sim::measure::Measures;
 use hil_sim::run::Run;
+use hil_sim::setup::BodyKind;
 use protocol::message::SafetyState;
-use protocol::{HostMessage, Id};
+use protocol::{HostMessage, Id, RobotMessage};
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Runs the experiment at the speed asked for and carries out every line that is typed, until `quit`.
+/// Runs the experiment at the speed asked for and carries out every line that is typed, until `quit`; or talks to a robot on
+/// a serial line as it stands there.
 ///
 /// # Errors
 /// As `barrel run`.
 pub fn console(args: &ConsoleArgs) -> Result<(), Failure> {
-    over_link(&args.setup, Session(args))
+    match &args.setup.link {
+        Link::Serial(address) if !args.simulate => robot_console(args, address),
+        _ => over_link(&args.setup, Session(args)),
+    }
 }
 
 struct Session<'a>(&'a ConsoleArgs);
 
 impl OverLink for Session<'_> {
-    fn over(self, link: impl Coupling) -> Result<(), Failure> {
+    fn over(self, link: impl Coupling, robot: &About) -> Result<(), Failure> {
         let args = self.0;
         let run = Run::start(args.setup.setup()?, link).map_err(Failure::bad)?;
         let places = Places { csv: args.csv.clone(), log: args.log.clone(), plot: None };
-        let about = description(&args.setup, run.setup(), args.duration);
+        let about = description(&args.setup, run.setup(), robot, args.duration);
         let values = run.setup().values.clone();
         let recorder = Recorder::create(&places, &about, &values, title(&args.setup, 0.0))?;
-        let mut barrel = Barrel { run, recorder, speed: args.speed, pace: Pace::Going, quit: false };
+        let mut barrel = Barrel {
+            run,
+            recorder,
+            speed: args.speed,
+            pace: Pace::Going,
+            pending: None,
+            waiting: VecDeque::new(),
+            quit: false,
+        };
         let mut console = Console::start(history().as_deref());
         console.print(&format!(
             "{} on the {} body, seed {}; help explains, quit ends",
@@ -39,9 +56,11 @@ impl OverLink for Session<'_> {
             barrel.run.setup().body.name(),
             args.setup.seed
         ));
-        let measures = barrel.go_on(&mut console, args.duration.unwrap_or(f64::INFINITY))?;
-        barrel.run.finish().map_err(Failure::broken)?;
+        let ended = barrel.go_on(&mut console, args.duration.unwrap_or(f64::INFINITY));
+        // What there is, is kept, however it ended.
         barrel.recorder.finish()?;
+        let measures = ended?;
+        barrel.run.finish().map_err(Failure::broken)?;
         for line in measures.summary() {
             console.print(&line);
         }
@@ -50,7 +69,7 @@ impl OverLink for Session<'_> {
 }
 
 /// The file that keeps the lines from one console to the next.
-fn history() -> Option<PathBuf> {
+pub(super) fn history() -> Option<PathBuf> {
     let home = std::env::var_os("XDG_STATE_HOME")
         .map(PathBuf::from)
         .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".local/state")))?;
@@ -74,9 +93,15 @@ struct Barrel<L> {
     recorder: Recorder,
     speed: f64,
     pace: Pace,
+    /// What the robot was set to and has not come to the end of.
+    pending: Option<Pending>,
+    /// Lines that wait for that.
+    waiting: VecDeque<Result<Command, ConsoleError>>,
     quit: bool,
 }
 
+/// Control steps between two looks at a robot that has something to do.
+const LOOK: u64 = 10;
 /// A run that falls further behind than this, s, does not try to catch up: as after a suspend, or at a speed that the
 /// machine cannot reach.
 const TOO_LATE: f64 = 0.25;
@@ -110,18 +135,27 @@ impl<L: Coupling> Barrel<L> {
                 console.wait(nap)
             };
             match input {
-                Some(Input::Line(line)) => {
+                Some(Input::Line(line)) if self.pending.is_none() && self.waiting.is_empty() || cuts_in(&line) => {
                     self.line(line, console)?;
                     continue;
                 }
+                Some(Input::Line(line)) => self.waiting.push_back(line),
                 // A script ends; the run goes on to its own end, if it has one.
                 Some(Input::End) => {
                     listening = false;
-                    self.quit = !end.is_finite();
                     self.pace = Pace::Going;
                     continue;
                 }
                 None => {}
+            }
+            if self.pending.is_none() {
+                if let Some(line) = self.waiting.pop_front() {
+                    self.line(line, console)?;
+                    continue;
+                }
+                if !listening && !end.is_finite() {
+                    break;
+                }
             }
             let is_due = match self.pace {
                 Pace::Going => self.ahead(origin) <= 0.0,
@@ -135,9 +169,10 @@ impl<L: Coupling> Barrel<L> {
                 let now = self.run.state();
                 if now != state {
                     self.recorder.event(self.run.time(), "state", &format!("{now:?}"))?;
-                    console.print(&format!("{:.2} s: {now:?}", self.run.time()));
+                    console.print(&format!("{:.2} s: {}", self.run.time(), words::state(now)));
                     state = now;
                 }
+                self.look(now, measures.steps(), console);
                 if let Pace::Steps(n) = self.pace {
                     self.pace = if n > 1 { Pace::Steps(n - 1) } else { Pace::Paused };
                 }
@@ -151,11 +186,7 @@ impl<L: Coupling> Barrel<L> {
         (self.run.time() - origin.1) / self.speed - origin.0.elapsed().as_secs_f64()
     }
 
-    fn line(
-        &mut self,
-        line: Result<Command, crate::console::ConsoleError>,
-        console: &mut Console,
-    ) -> Result<(), Failure> {
+    fn line(&mut self, line: Result<Command, ConsoleError>, console: &mut Console) -> Result<(), Failure> {
         let t = self.run.time();
         match line.and_then(|command| execute(&command, self).map(|said| (command, said))) {
             Ok((command, said)) => {
@@ -171,8 +202,24 @@ impl<L: Coupling> Barrel<L> {
         self.recorder.frames(t, self.run.link_mut())
     }
 
-    fn command(&mut self, message: &HostMessage) -> Result<String, String> {
-        self.run.command(message).map(|state| format!("{state:?}")).map_err(|error| error.to_string())
+    /// Looks whether the robot has come to the end of what it was set to, and says so.
+    fn look(&mut self, state: SafetyState, step: u64, console: &mut Console) {
+        let Some(mut pending) = self.pending.take() else { return };
+        let ended = match pending.state(state) {
+            Some(homed) => Some(homed.map(|()| HOMED.to_owned())),
+            None if step.is_multiple_of(LOOK) => pending.look(self).transpose(),
+            None => None,
+        };
+        match ended {
+            Some(Ok(said) | Err(said)) => console.print(&said),
+            None => self.pending = Some(pending),
+        }
+    }
+}
+
+impl<L: Coupling> Robot for Barrel<L> {
+    fn ask(&mut self, message: &HostMessage) -> Result<RobotMessage, String> {
+        unless_refused(self.run.ask(message).map(|answer| answer.message))
     }
 }
 
@@ -186,15 +233,22 @@ impl<L: Coupling> Target for Barrel<L> {
     }
 
     fn act(&mut self, action: Action) -> Result<String, String> {
+        if matches!(action, Action::Home | Action::Calibrate(_)) && self.run.setup().body == BodyKind::Chapter {
+            return Err("the chapter's body has no axes to home and no inertial sensor to calibrate; \
+                        --body tabletop has both"
+                .to_owned());
+        }
+        let mut pending = self.pending.take();
+        let done = robot::act(action, self, &mut pending);
+        self.pending = pending;
+        if let Some(done) = done {
+            return done;
+        }
         match action {
             Action::Push { torque, seconds } => {
                 self.run.push(torque, seconds);
                 Ok(format!("pushing with {torque} N m for {seconds} s from {:.2} s on", self.run.time()))
             }
-            Action::Arm => self.command(&HostMessage::Arm),
-            Action::Disarm => self.command(&HostMessage::Disarm),
-            Action::Stop => self.command(&HostMessage::EmergencyStop),
-            Action::Clear => self.command(&HostMessage::ClearFault),
             Action::Pause => {
                 self.pace = Pace::Paused;
                 Ok(format!("paused at {:.2} s", self.run.time()))
@@ -211,7 +265,7 @@ impl<L: Coupling> Target for Barrel<L> {
                 self.speed = speed;
                 Ok(format!("{speed} x real time"))
             }
-            Action::Quit => {
+            _ => {
                 self.quit = true;
                 Ok(String::new())
             }

@@ -3,6 +3,8 @@
 pub mod console;
 pub mod export;
 pub mod list;
+pub mod monitor;
 pub mod plot;
 pub mod replay;
+mod robot_console;
 pub mod run;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use hil_sim::setup::SetError;
 use protocol::Id;
+use protocol::message::{BodyAxis, CalibrationStep};
 use protocol::parameter::TABLE;
 
 use super::ConsoleError;
@@ -59,6 +60,16 @@ pub enum Action {
     Stop,
     /// Leaves Fault.
     Clear,
+    /// Finds the middle of both axes.
+    Home,
+    /// Calibrates the inertial sensor, step by step.
+    Calibrate(CalibrationStep),
+    /// Keeps parameters and calibration in the robot.
+    Save,
+    /// Empties the robot's memory.
+    Forget,
+    /// Who the robot is, and how it is.
+    Status,
     /// Stops the simulated time.
     Pause,
     /// Lets the simulated time go on.
@@ -90,18 +101,37 @@ const fn row(name: &'static str, usage: &'static str, help: &'static str) -> Com
 pub const COMMANDS: &[CommandHelp] = &[
     row("help", "help [NAME]", "explains the console, a parameter or a command; also ?"),
     row("list", "list [PREFIX]", "shows the parameters, or those that begin with PREFIX, with their values"),
-    row("store", "store FILE", "writes all parameters to a file that people can read"),
+    row("store", "store FILE", "writes all parameters to a file on this computer that people can read"),
     row("load", "load FILE", "sets the parameters in a file; all of them, or none if one line is wrong"),
+    row("save", "save", "keeps parameters and calibration in the robot itself, for its next starts"),
+    row("forget", "forget", "empties the robot's own memory: its next start has the defaults"),
+    row("status", "status", "who the robot is, and how it is"),
     row("push", "push TORQUE SECONDS", "pushes the barrel: N m about its axis, for so many seconds"),
     row("arm", "arm", "lets the brain move the weights"),
     row("disarm", "disarm", "holds the outputs at zero"),
     row("stop", "stop", "emergency stop: zero outputs until cleared"),
     row("clear", "clear", "leaves Fault; arm again to go on"),
+    row("home", "home", "finds the middle of both axes: drives each weight gently from stop to stop"),
+    row(
+        "calibrate",
+        "calibrate still | up AXIS | status | restart",
+        "calibrates the inertial sensor at rest; AXIS, which points up, is one of +1 -1 +c -c +2 -2 in turn",
+    ),
     row("pause", "pause", "stops the simulated time"),
     row("go", "go", "lets the simulated time go on"),
     row("step", "step [N]", "one control step of 20 ms, or N, then pause"),
     row("speed", "speed X", "X simulated seconds per second"),
     row("quit", "quit", "ends the run; its files are completed"),
+];
+
+/// The body's axes, both ways, as they are written; in the order of their bits in the calibration's progress.
+pub const AXES: [(&str, BodyAxis); 6] = [
+    ("+1", BodyAxis::Slider1),
+    ("-1", BodyAxis::Slider1Negative),
+    ("+c", BodyAxis::Cylinder),
+    ("-c", BodyAxis::CylinderNegative),
+    ("+2", BodyAxis::Slider2),
+    ("-2", BodyAxis::Slider2Negative),
 ];
 
 /// Understands a line.
@@ -165,6 +195,23 @@ pub fn parse(line: &str) -> Result<Command, ConsoleError> {
             },
             _ => Err(usage("a number is needed")),
         },
+        "calibrate" => match words[..] {
+            ["still"] => Ok(Command::Act(Action::Calibrate(CalibrationStep::Still))),
+            ["status"] => Ok(Command::Act(Action::Calibrate(CalibrationStep::Status))),
+            ["restart"] => Ok(Command::Act(Action::Calibrate(CalibrationStep::Restart))),
+            ["up", axis] => match AXES.iter().find(|(name, _)| name.eq_ignore_ascii_case(axis)) {
+                Some((_, axis)) => Ok(Command::Act(Action::Calibrate(CalibrationStep::Up(*axis)))),
+                None => {
+                    Err(usage("AXIS is +1 or -1 (the first slider), +c or -c (the cylinder), +2 or -2 (the second)"))
+                }
+            },
+            ["up"] => Err(usage("which axis points up?")),
+            _ => Err(usage("one of four things can be done")),
+        },
+        "home" => plain(Action::Home),
+        "save" => plain(Action::Save),
+        "forget" => plain(Action::Forget),
+        "status" => plain(Action::Status),
         "arm" => plain(Action::Arm),
         "disarm" => plain(Action::Disarm),
         "stop" => plain(Action::Stop),

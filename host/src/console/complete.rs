@@ -10,7 +10,7 @@ use rustyline::validate::Validator;
 use rustyline::{Context, Helper};
 
 use super::COMMANDS;
-use super::command::{begins_like, words};
+use super::command::{AXES, begins_like, words};
 
 /// What the word at the end of `line` can become: where the word starts, and the names. Case does not matter for a
 /// match. `None` where a file name is due.
@@ -21,6 +21,8 @@ pub fn complete(line: &str) -> Option<(usize, Vec<&'static str>)> {
     let candidates: Vec<&'static str> = match before.split_whitespace().collect::<Vec<_>>()[..] {
         [] if !before.contains('=') => words().collect(),
         ["help" | "?"] => words().collect(),
+        ["calibrate"] => vec!["still", "up", "status", "restart"],
+        ["calibrate", "up"] => AXES.iter().map(|(name, _)| *name).collect(),
         ["list"] => Id::ALL.iter().map(|id| id.name()).collect(),
         ["store" | "load", ..] => return None,
         _ => Vec::new(),

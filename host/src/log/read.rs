@@ -11,7 +11,7 @@ use mcap::sans_io::LinearReader;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
-use super::{BRAIN, Direction, EVENTS, Entry, Event, LogError, PLANT, WIRE_HOST, WIRE_ROBOT};
+use super::{BRAIN, Direction, EVENTS, Entry, Event, LogError, PLANT, VITALS, WIRE_HOST, WIRE_ROBOT};
 use crate::csv::{self, BRAIN_COLUMNS, PLANT_COLUMNS, Table};
 use crate::draft::Draft;
 
@@ -46,6 +46,7 @@ enum Topic {
     Brain,
     Plant,
     Events,
+    Vitals,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -272,6 +273,7 @@ fn read_record(opcode: u8, data: &[u8], channels: &mut HashMap<u16, Option<Topic
                 (BRAIN, "json") => Some(Topic::Brain),
                 (PLANT, "json") => Some(Topic::Plant),
                 (EVENTS, "json") => Some(Topic::Events),
+                (VITALS, "json") => Some(Topic::Vitals),
                 _ => None,
             };
             channels.insert(channel.id, topic);
@@ -292,6 +294,7 @@ fn read_record(opcode: u8, data: &[u8], channels: &mut HashMap<u16, Option<Topic
                     Some(Entry::Plant { t: get(&numbers, "t"), plant: plant(&numbers) })
                 }
                 Some(Topic::Events) => Some(Entry::Event(event(&data)?)),
+                Some(Topic::Vitals) => Some(vitals(&data)?),
             })
         }
         _ => Ok(None),
@@ -337,6 +340,13 @@ fn event(json: &[u8]) -> Result<Event, String> {
     Ok(Event { t: value["t"].as_f64().unwrap_or(f64::NAN), kind: text("kind"), text: text("text") })
 }
 
+fn vitals(json: &[u8]) -> Result<Entry, String> {
+    let broken = |error| format!("broken vitals: {error}");
+    let value: serde_json::Value = serde_json::from_slice(json).map_err(broken)?;
+    let t = value["t"].as_f64().unwrap_or(f64::NAN);
+    Ok(Entry::Vitals { t, vitals: serde_json::from_value(value).map_err(broken)? })
+}
+
 /// All control steps of a log as a table, with the plant's columns where it has them.
 ///
 /// # Errors
@@ -358,7 +368,7 @@ pub fn table<R: Read>(reader: &mut Reader<R>) -> Result<Table, LogError> {
                     column.push(number);
                 }
             }
-            Entry::Frame { .. } | Entry::Event(_) => {}
+            Entry::Frame { .. } | Entry::Event(_) | Entry::Vitals { .. } => {}
         }
     }
     let rows = brain[0].len();
@@ -439,7 +449,7 @@ pub fn export(log: &Path, csv: &Path) -> Result<Export, LogError> {
                     write(step, Some(plant))?;
                 }
             }
-            Entry::Frame { .. } | Entry::Event(_) => {}
+            Entry::Frame { .. } | Entry::Event(_) | Entry::Vitals { .. } => {}
         }
     }
     if let Some(step) = step {

@@ -10,10 +10,11 @@ use hil_sim::record::{BrainRecord, PlantRecord};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions};
+use protocol::message::Vitals;
 use protocol::{Id, Values};
 use serde_json::json;
 
-use super::{BRAIN, Direction, EVENTS, LogError, PLANT, WIRE_HOST, WIRE_ROBOT};
+use super::{BRAIN, Direction, EVENTS, LogError, PLANT, VITALS, WIRE_HOST, WIRE_ROBOT};
 use crate::csv::{BRAIN_COLUMNS, Column, Number, PLANT_COLUMNS, brain_row, grid_time, plant_row, shortest};
 
 /// A chunk is closed when it spans this much virtual time, ns: what a killed run loses at most.
@@ -26,11 +27,16 @@ pub struct Writer<W: Write = BufWriter<File>> {
     mcap: mcap::Writer<NoSeek<W>>,
     path: PathBuf,
     channels: Channels,
-    sequence: [u32; 5],
+    sequence: [u32; CHANNELS],
+    /// Time of the last message, ns: the log's never goes back.
+    latest: u64,
     chunk_start: Option<u64>,
     chunk_bytes: usize,
     json: Vec<u8>,
 }
+
+/// Channels that there can be.
+const CHANNELS: usize = 6;
 
 /// The channels' ids in the file.
 #[derive(Clone, Copy)]
@@ -40,6 +46,8 @@ struct Channels {
     brain: u16,
     plant: u16,
     events: u16,
+    /// Added when the first vitals come: most runs have none.
+    vitals: Option<u16>,
 }
 
 impl Writer<BufWriter<File>> {
@@ -83,7 +91,8 @@ impl<W: Write> Writer<W> {
             mcap,
             path: path.into(),
             channels,
-            sequence: [0; 5],
+            sequence: [0; CHANNELS],
+            latest: 0,
             chunk_start: None,
             chunk_bytes: 0,
             json: Vec::with_capacity(1024),
@@ -130,6 +139,20 @@ impl<W: Write> Writer<W> {
         self.message(self.channels.events, nanoseconds(t), json.as_bytes())
     }
 
+    /// Adds what a robot says of itself at time `t`, s.
+    pub fn vitals(&mut self, t: f64, vitals: &Vitals) -> Result<(), LogError> {
+        let channel = match self.channels.vitals {
+            Some(channel) => channel,
+            None => {
+                let added = add_vitals(&mut self.mcap).map_err(|error| write_error(&self.path, error))?;
+                *self.channels.vitals.insert(added)
+            }
+        };
+        let mut json = json!(vitals);
+        json["t"] = json!(t);
+        self.message(channel, nanoseconds(t), json.to_string().as_bytes())
+    }
+
     /// Closes the open chunk and hands it to the operating system: for a pause, or before something risky.
     pub fn flush(&mut self) -> Result<(), LogError> {
         self.chunk_start = None;
@@ -146,13 +169,15 @@ impl<W: Write> Writer<W> {
     }
 
     fn message(&mut self, channel: u16, time: u64, data: &[u8]) -> Result<(), LogError> {
+        let time = time.max(self.latest);
+        self.latest = time;
         let start = *self.chunk_start.get_or_insert(time);
         if time.saturating_sub(start) >= CHUNK_SPAN || self.chunk_bytes >= CHUNK_BYTES {
             self.flush()?;
             self.chunk_start = Some(time);
         }
         self.chunk_bytes += data.len();
-        let sequence = &mut self.sequence[usize::from(channel) % 5];
+        let sequence = &mut self.sequence[usize::from(channel) % CHANNELS];
         let header = MessageHeader { channel_id: channel, sequence: *sequence, log_time: time, publish_time: time };
         *sequence = sequence.wrapping_add(1);
         self.mcap.write_to_known_channel(&header, data).map_err(|error| write_error(&self.path, error))
@@ -239,7 +264,31 @@ fn add_channels<W: Write>(mcap: &mut mcap::Writer<NoSeek<W>>) -> Result<Channels
             "required": ["t", "kind", "text"],
         }),
     )?;
-    Ok(Channels { wire_host, wire_robot, brain, plant, events })
+    Ok(Channels { wire_host, wire_robot, brain, plant, events, vitals: None })
+}
+
+fn add_vitals<W: Write>(mcap: &mut mcap::Writer<NoSeek<W>>) -> Result<u16, McapError> {
+    let properties: serde_json::Map<String, serde_json::Value> = [
+        ("t", "number", "time [s]"),
+        ("ticks", "number", "servo ticks since the robot's start"),
+        ("homed", "boolean", "the middle of both axes is known"),
+        ("simulated_sensors", "boolean", "the sensors are the host's"),
+        ("load", "number", "part of the last second that the core was awake [1/10000]"),
+        ("servo_ns", "number", "longest servo tick without a control step [ns]"),
+        ("brain_ns", "number", "longest servo tick with a control step [ns]"),
+        ("jitter_ns", "number", "largest distance of a servo tick's start from its period [ns]"),
+        ("overruns", "number", "servo ticks that missed their deadline"),
+        ("imu_missed", "number", "servo ticks without a new reading of the inertial sensor"),
+        ("battery_mv", "number", "supply of the motors [mV]"),
+        ("unsent", "number", "frames that found this line busy"),
+        ("garbled", "number", "frames that the robot received garbled"),
+    ]
+    .map(|(name, kind, help)| (name.to_string(), json!({ "type": kind, "description": help })))
+    .into_iter()
+    .collect();
+    let schema = json!({ "type": "object", "description": "how the robot is", "properties": properties });
+    let schema = mcap.add_schema("barrel.Vitals", "jsonschema", schema.to_string().as_bytes())?;
+    mcap.add_channel(schema, VITALS, "json", &BTreeMap::new())
 }
 
 fn wire_schema(message: &str, way: &str) -> String {

@@ -1,0 +1,306 @@
+//! `barrel monitor`: finds a robot, shows how it is, and records everything it says.
+//!
+//! It asks a robot who it is and what its parameters are, and from then on it listens. A robot never waits for it: what the
+//! line cannot take, the robot drops.
+
+use crate::cli::MonitorArgs;
+use crate::failure::Failure;
+use crate::journal::{Journal, News};
+use crate::reach::{Finder, Found};
+use crate::words;
+use hil_sim::link::{Line, LinkError, Serial, hello};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use protocol::message::SafetyState;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Time between two looks for a robot that is not there.
+const LOOK: Duration = Duration::from_millis(500);
+/// How long the line is listened to before the figures and the end are looked at.
+const MOMENT: Duration = Duration::from_millis(50);
+/// A robot that says nothing for so long is asked.
+const SILENCE: Duration = Duration::from_secs(1);
+/// A robot that does not even answer for so long is looked for elsewhere.
+const DESERTED: Duration = Duration::from_secs(5);
+
+/// Watches until Ctrl-C, or for as long as was asked for.
+///
+/// # Errors
+/// A named port without a robot; a log that cannot be written; no robot until the end.
+pub fn monitor(args: &MonitorArgs) -> Result<(), Failure> {
+    if let Some(log) = &args.log {
+        check_place(log)?;
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).map_err(Failure::broken)?;
+    let mut watch = Watch {
+        args,
+        journal: Journal::new(),
+        screen: Screen::new(),
+        stop,
+        end: args.duration.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds)),
+        robots: 0,
+    };
+    let ended = watch.go_on();
+    watch.screen.clear();
+    let (steps, lost, garbled) = (watch.journal.steps(), watch.journal.lost(), watch.journal.garbled());
+    let log = watch.journal.finish()?;
+    ended?;
+    let Some(log) = log else {
+        return Err(Failure::broken("no robot was found"));
+    };
+    say!("{steps} control steps; {lost} frames lost, {garbled} garbled");
+    say!("Written:\n  {}", log.display());
+    Ok(())
+}
+
+/// Makes sure that the log can be written before a robot is looked for; what was not there is not there afterwards.
+fn check_place(path: &Path) -> Result<(), Failure> {
+    let is_new = !path.exists();
+    let opened = std::fs::File::options().append(true).create(true).open(path);
+    opened.map_err(|error| {
+        Failure::bad(format!("cannot write {}: {error}; say with --log where it may be written", path.display()))
+    })?;
+    if is_new {
+        // What cannot be removed now is written over later.
+        let _ = std::fs::remove_file(path);
+    }
+    Ok(())
+}
+
+/// Why a robot is no longer listened to.
+enum Left {
+    /// It is over.
+    End,
+    /// It is not there any more; a sentence for people.
+    Gone(String),
+}
+
+struct Watch<'a> {
+    args: &'a MonitorArgs,
+    journal: Journal,
+    screen: Screen,
+    stop: Arc<AtomicBool>,
+    end: Option<Instant>,
+    /// How often a robot was found.
+    robots: u32,
+}
+
+impl Watch<'_> {
+    fn go_on(&mut self) -> Result<(), Failure> {
+        let mut finder = Finder::new(self.args.port.clone());
+        let mut told = Vec::new();
+        while !self.is_over() {
+            match finder.look() {
+                Ok(found) => {
+                    told.clear();
+                    let address = found.address.clone();
+                    if let Left::Gone(why) = self.listen_to(found)? {
+                        self.tell("gone", &format!("{why}; looking for the robot"))?;
+                        self.journal.flush()?;
+                    }
+                    finder.lost(&address);
+                }
+                Err(why) if self.robots == 0 && self.args.port.is_some() => return Err(Failure::bad(why.join("; "))),
+                Err(why) => {
+                    if self.robots == 0 && told != why {
+                        self.screen.notice(&format!("{}; looking on, Ctrl-C ends", why.join("\n")));
+                        told = why;
+                    }
+                    self.nap(LOOK);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn is_over(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.end.is_some_and(|end| Instant::now() >= end)
+    }
+
+    fn nap(&self, length: Duration) {
+        let until = Instant::now() + length;
+        while Instant::now() < until && !self.is_over() {
+            std::thread::sleep(MOMENT);
+        }
+    }
+
+    /// Says and writes that something happened.
+    fn tell(&mut self, kind: &str, text: &str) -> Result<(), Failure> {
+        self.screen.notice(text);
+        self.journal.event(kind, text)
+    }
+
+    /// Listens to a robot until it is gone or the time is up.
+    fn listen_to(&mut self, found: Found) -> Result<Left, Failure> {
+        let Found { mut line, identity, address } = found;
+        if let Err(error) = line.transport_mut().set_patience(MOMENT) {
+            return Ok(Left::Gone(error.to_string()));
+        }
+        self.journal.connected(&line);
+        self.robots += 1;
+        if self.robots == 1 {
+            let mut command = format!("barrel monitor --port {address}");
+            if let Some(duration) = self.args.duration {
+                command += &format!(" --duration {duration}");
+            }
+            let link = format!("serial:{address}");
+            self.journal.begin_log(self.args.log.as_deref(), &command, &link, &identity, &mut line)?;
+        }
+        let back = if self.robots > 1 { " again" } else { "" };
+        let who = words::identity(&identity).join("; ");
+        self.tell("connected", &format!("found the robot on {address}{back}: {who}"))?;
+        let mut heard = Instant::now();
+        let mut silent = false;
+        while !self.is_over() {
+            match line.listen() {
+                Ok(Some(message)) => {
+                    heard = Instant::now();
+                    silent = false;
+                    for news in self.journal.heard(&message, &mut line)? {
+                        self.news(news, &mut line)?;
+                    }
+                }
+                Ok(None) => self.journal.rest(&mut line)?,
+                Err(error) => {
+                    self.journal.rest(&mut line)?;
+                    return Ok(Left::Gone(error.to_string()));
+                }
+            }
+            if heard.elapsed() >= SILENCE {
+                match hello(&mut line) {
+                    // It has nothing to say, as with the sensors of a simulation on its other line.
+                    Ok(_) => heard = Instant::now(),
+                    Err(LinkError::Broken(why)) => return Ok(Left::Gone(why)),
+                    Err(_) if heard.elapsed() >= DESERTED && self.args.port.is_none() => {
+                        return Ok(Left::Gone(format!("the robot on {address} does not answer")));
+                    }
+                    Err(error) if !silent => {
+                        silent = true;
+                        self.tell("silent", &error.to_string())?;
+                        self.journal.flush()?;
+                    }
+                    Err(_) => {}
+                }
+            }
+            self.screen.show(&self.journal);
+        }
+        self.journal.rest(&mut line)?;
+        Ok(Left::End)
+    }
+
+    fn news(&mut self, news: News, line: &mut Line<Serial>) -> Result<(), Failure> {
+        match news {
+            News::State(state) => self.screen.notice(&format!("{:.2} s: {}", self.journal.now(), words::state(state))),
+            News::Restarted => self.screen.notice("its brain began anew"),
+            News::Reset => {
+                let why = match hello(line) {
+                    Ok(identity) => words::reset(identity.reset).to_owned(),
+                    // If it is gone, the next look at the line says so.
+                    Err(error) => error.to_string(),
+                };
+                self.tell("reset", &format!("the robot was reset: {why}"))?;
+            }
+            News::Vitals => {}
+        }
+        Ok(())
+    }
+}
+
+/// Live figures: a few lines that are drawn again and again, or, where there is no terminal, one line a second.
+struct Screen {
+    bar: ProgressBar,
+    next: Instant,
+    /// When rates were last computed, from how many control steps and bytes, and what they were.
+    rates: (Instant, u64, u64),
+    rate: [f64; 2],
+}
+
+impl Screen {
+    fn new() -> Self {
+        let bar = ProgressBar::no_length();
+        bar.set_draw_target(ProgressDrawTarget::stdout());
+        // The template is a constant: whoever runs the command tests it.
+        if let Ok(style) = ProgressStyle::with_template("{msg}") {
+            bar.set_style(style);
+        }
+        Screen { bar, next: Instant::now(), rates: (Instant::now(), 0, 0), rate: [0.0; 2] }
+    }
+
+    /// Says something that stays.
+    fn notice(&self, text: &str) {
+        if self.bar.is_hidden() {
+            say!("{text}");
+        } else {
+            self.bar.println(text);
+        }
+    }
+
+    fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn show(&mut self, journal: &Journal) {
+        let now = Instant::now();
+        let (since, steps, bytes) = self.rates;
+        let passed = now.duration_since(since).as_secs_f64();
+        if passed >= 1.0 {
+            let per_second = |now: u64, before: u64| now.saturating_sub(before) as f64 / passed;
+            self.rate = [per_second(journal.steps(), steps), per_second(journal.bytes(), bytes)];
+            self.rates = (now, journal.steps(), journal.bytes());
+        }
+        if now < self.next {
+            return;
+        }
+        let terminal = !self.bar.is_hidden();
+        self.next = now + Duration::from_millis(if terminal { 100 } else { 1000 });
+        let lines = figures(journal, self.rate);
+        if terminal {
+            self.bar.set_message(lines.join("\n"));
+            self.bar.tick();
+        } else {
+            say!("{}", lines.join("; "));
+        }
+    }
+}
+
+/// The figures, a line for the brain, one for the board, one for the line.
+fn figures(journal: &Journal, [steps, bytes]: [f64; 2]) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(t) = journal.telemetry() {
+        let state = match t.state {
+            SafetyState::Disarmed => "Disarmed",
+            SafetyState::Armed => "Armed",
+            SafetyState::Fault(_) => "Fault",
+        };
+        lines.push(format!(
+            "{state}  tick {}  x {:+.3} {:+.3}  y {:+.3} {:+.3}  E_tle {:.2e}",
+            t.tick, t.x[0], t.x[1], t.y[0], t.y[1], t.time_loop_error
+        ));
+    }
+    if let Some(v) = journal.vitals() {
+        lines.push(format!(
+            "awake {:.1} %  servo {} µs  brain {} µs  jitter {:.1} µs  late {}  IMU missed {}  battery {:.1} V{}{}",
+            f64::from(v.load) / 100.0,
+            v.servo_ns / 1000,
+            v.brain_ns / 1000,
+            f64::from(v.jitter_ns) / 1000.0,
+            v.overruns,
+            v.imu_missed,
+            f64::from(v.battery_mv) / 1000.0,
+            if v.homed { "" } else { "  not homed" },
+            if v.simulated_sensors { "  simulated sensors" } else { "" }
+        ));
+    }
+    let unsent = journal.vitals().map_or(0, |v| v.unsent);
+    lines.push(format!(
+        "{steps:.0} steps/s  {:.1} kB/s  lost {}  garbled {}  unsent {unsent}",
+        bytes / 1000.0,
+        journal.lost(),
+        journal.garbled()
+    ));
+    lines
+}
