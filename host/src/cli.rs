@@ -50,7 +50,7 @@ pub struct SetupArgs {
     /// The barrel: the chapter's, or one that can be built
     #[arg(long, value_enum, default_value_t = Body::Chapter)]
     pub body: Body,
-    /// How the robot is reached: in-process, virtual-board, or serial:PORT[@BAUD], as in serial:/dev/ttyACM0 (460800 baud, the
+    /// How the robot is reached: in-process, virtual-board, or `serial:PORT[@BAUD]`, as in serial:/dev/ttyACM0 (460800 baud, the
     /// board on USB; its radio takes @57600)
     #[arg(long, value_parser = link, default_value = "in-process")]
     pub link: Link,
