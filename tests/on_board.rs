@@ -15,19 +15,15 @@ fn image() -> PathBuf {
 #[test]
 fn it_boots_homes_arms_leaves_rest_and_sweeps() {
     let board = VirtualBoard::power_on(&image()).expect("an image");
-    let t = std::time::Instant::now();
     let mut run = Run::start(setup("homeokinetic", BodyKind::Tabletop, 1, &[]), Embodied::new(board)).expect("starts");
-    println!("started after {:?}, {:?}", t.elapsed(), run.link_mut().vitals());
-    let t = std::time::Instant::now();
     let mut measures = Measures::default();
     while run.time() < 60.0 {
         let record = run.step().expect("goes on");
         measures.add(&record);
     }
-    let robot = run.link_mut();
-    println!("60 s in {:?}: {:?} {:?}", t.elapsed(), robot.vitals(), robot.lost());
-    for line in measures.summary() {
-        println!("{line}");
-    }
-    println!("{:?}", run.link_mut().board_mut().gaps());
+    let left = measures.left_rest().unwrap_or(f64::INFINITY);
+    assert!(left < 60.0, "left rest at {left} s");
+    assert!(measures.turns() > 1.0, "{} turns", measures.turns());
+    assert_eq!(run.link_mut().lost(), 0);
+    assert_eq!(run.link_mut().board_mut().gaps().expect("goes on"), Vec::<String>::new());
 }
