@@ -97,7 +97,7 @@ fn a_push_that_is_no_push_is_refused() {
 
 #[test]
 fn a_link_that_is_not_there_is_refused() {
-    refused(&["run", "homeokinetic", "--link", "serial:/dev/ttyACM0"], &["link", "in-process"]);
+    refused(&["run", "homeokinetic", "--link", "serial:no-such-port"], &["no serial port", "no-such-port"]);
     refused(&["run", "homeokinetic", "--link", "pigeon"], &["link", "in-process"]);
 }
 

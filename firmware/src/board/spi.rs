@@ -98,8 +98,8 @@ impl<M: Mode> Selected<Spi<'static, M, Master>> {
         let _selected = Selection::begin(&mut self.select);
         for operation in operations {
             match operation {
-                Operation::Read(bytes) => self.bus.blocking_read(bytes)?,
-                Operation::Write(bytes) => self.bus.blocking_write(bytes)?,
+                Operation::Read(bytes) => self.bus.blocking_transfer(bytes, &[])?,
+                Operation::Write(bytes) => self.bus.blocking_transfer(&mut [], bytes)?,
                 Operation::Transfer(read, write) => self.bus.blocking_transfer(read, write)?,
                 Operation::TransferInPlace(bytes) => self.bus.blocking_transfer_in_place(bytes)?,
                 Operation::DelayNs(ns) => embassy_time::block_for(Duration::from_nanos(u64::from(*ns))),
