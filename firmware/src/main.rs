@@ -1,6 +1,7 @@
 //! The flash image: wiring. What runs, at which priority:
 //!
 //! ```text
+//! highest     embassy             the clock, and the end of the inertial sensor's transfer: they wake the servo
 //! interrupt   tasks::servo        1 kHz: sensors ─► Robot::servo_tick ─► motors; owns the robot; the brain every 20th tick
 //! thread      tasks::wire    ×2   bytes of a UART ─► messages ─► servo;  answers and telemetry ─► UART
 //!             tasks::storage      keeps parameters and calibration in the FRAM

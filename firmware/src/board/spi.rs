@@ -71,8 +71,8 @@ pub struct Selected<B> {
     select: Output<'static>,
 }
 
-/// A transaction: the select is low as long as this lives. A transaction that is given up half way, as when the bus hangs, ends
-/// for the chip, too.
+/// A transaction: the select is low as long as this lives. A transaction that is given up half way, as when the bus hangs,
+/// ends for the chip, too.
 struct Selection<'a>(&'a mut Output<'static>);
 
 impl<'a> Selection<'a> {

@@ -5,10 +5,11 @@ use core::task::Poll;
 
 use embassy_time::{Duration, Instant};
 
-/// Ticks at a fixed distance, none left out: after one that came late the next ones come at once until the clock is met again.
+/// Ticks at a fixed distance, none left out: after one that came late the next ones come at once until the clock is met
+/// again.
 ///
-/// As `embassy_time::Ticker`, but it sets its alarm once in a tick, however often it is asked: that is a tenth of what an
-/// idle tick of the servo costs. So nothing else in the same task may wait for a time: a task has one alarm.
+/// As `embassy_time::Ticker`, but it sets its alarm once in a tick, however often it is asked: that saves a tenth of the
+/// tick. So nothing else in the same task may wait for a time, as a task has one alarm.
 pub struct Pace {
     period: Duration,
     due: Instant,

@@ -22,8 +22,8 @@ use crate::{Brain, board, log};
 const SECOND: u32 = (1.0 / SERVO_PERIOD) as u32;
 /// Messages carried out in one tick at most.
 const AT_ONCE: usize = 2;
-/// Servo ticks that the inertial sensor is left alone after a transaction that did not end within its tick. That tick is lost; more
-/// of them would be the watchdog's business.
+/// Servo ticks that the inertial sensor is left alone after a transaction that did not end within its tick. That tick is
+/// lost; more of them in a row would be the watchdog's business.
 const IMU_REST: u8 = 100;
 /// Servo ticks that the inertial sensor is waited for at the start.
 const IMU_START: u32 = 250;

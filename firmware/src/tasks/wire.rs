@@ -26,8 +26,8 @@ pub async fn wire(id: Port, mut uart: Uart) {
                     let mut again = heapless::Vec::<u8, ANSWERS>::new();
                     match port.push(byte) {
                         None => {}
-                        // The servo takes two of them in every tick: this waits for milliseconds at most, and the ring holds
-                        // what arrives meanwhile.
+                        // The servo takes two of them in every tick: this waits for milliseconds at most, and the ring
+                        // holds what arrives meanwhile.
                         Some(Incoming::Request(message)) => INBOX.send((id, message)).await,
                         Some(Incoming::Again(frames)) => {
                             let _ = again.extend_from_slice(frames);
