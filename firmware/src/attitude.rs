@@ -36,6 +36,8 @@ use micromath::F32Ext;
 use nalgebra::{Matrix3, Vector3};
 use protocol::message::FaultCode;
 
+use crate::vector::Vec3;
+
 /// Acceleration in m/s² that an accelerometer's "1 g" means (the standard gravity of CGPM 1901).
 pub const STANDARD_GRAVITY: f32 = 9.80665;
 
@@ -92,19 +94,25 @@ impl Default for ImuCalibration {
 impl ImuCalibration {
     /// Specific force in body axes, m/s², of the accelerometer's counts.
     pub fn specific_force(&self, counts: [i16; 3]) -> Vector3<f32> {
-        let chip = from_counts(counts, ACCELEROMETER_LSB) - self.accelerometer_bias;
-        self.mounting * chip.component_mul(&self.accelerometer_scale)
+        self.body_axes(counts, ACCELEROMETER_LSB, &self.accelerometer_bias, &self.accelerometer_scale).into()
     }
 
     /// Angular velocity in body axes, rad/s, of the gyroscope's counts.
     pub fn angular_velocity(&self, counts: [i16; 3]) -> Vector3<f32> {
-        let chip = from_counts(counts, GYROSCOPE_LSB) - self.gyroscope_bias;
-        self.mounting * chip.component_mul(&self.gyroscope_scale)
+        self.body_axes(counts, GYROSCOPE_LSB, &self.gyroscope_bias, &self.gyroscope_scale).into()
     }
-}
 
-fn from_counts(counts: [i16; 3], lsb: f32) -> Vector3<f32> {
-    Vector3::new(f32::from(counts[0]), f32::from(counts[1]), f32::from(counts[2])) * lsb
+    fn body_axes(&self, counts: [i16; 3], lsb: f32, bias: &Vector3<f32>, scale: &Vector3<f32>) -> Vec3 {
+        let [x, y, z] = counts.map(f32::from);
+        let (bias, scale, m) = (Vec3::from(*bias), Vec3::from(*scale), &self.mounting);
+        let chip = Vec3 { x, y, z } * lsb - bias;
+        let chip = Vec3 { x: chip.x * scale.x, y: chip.y * scale.y, z: chip.z * scale.z };
+        Vec3 {
+            x: m.m11 * chip.x + m.m12 * chip.y + m.m13 * chip.z,
+            y: m.m21 * chip.x + m.m22 * chip.y + m.m23 * chip.z,
+            z: m.m31 * chip.x + m.m32 * chip.y + m.m33 * chip.z,
+        }
+    }
 }
 
 /// Why a reading of the inertial sensor cannot be true.
@@ -274,16 +282,16 @@ impl From<NotFinite> for FaultCode {
 pub struct Attitude {
     settings: AttitudeSettings,
     /// Place of the chip, m, body axes.
-    position: Vector3<f32>,
+    position: Vec3,
     /// `None` until the first usable specific force.
-    up: Option<Vector3<f32>>,
-    bias: Vector3<f32>,
+    up: Option<Vec3>,
+    bias: Vec3,
     /// Bias-corrected angular velocity of the last tick, rad/s.
-    rate: Vector3<f32>,
+    rate: Vec3,
     /// Gyroscope of the last tick as it came, rad/s.
-    last_gyroscope: Vector3<f32>,
+    last_gyroscope: Vec3,
     /// Low-passed gyroscope, whose distance from the gyroscope gives the derivative.
-    slow_rate: Vector3<f32>,
+    slow_rate: Vec3,
     /// Time since the first sample, s, up to the end of start-up.
     age: f32,
 }
@@ -293,24 +301,24 @@ impl Attitude {
     pub fn new(settings: AttitudeSettings, position: Vector3<f32>) -> Self {
         Attitude {
             settings,
-            position,
+            position: position.into(),
             up: None,
-            bias: Vector3::zeros(),
-            rate: Vector3::zeros(),
-            last_gyroscope: Vector3::zeros(),
-            slow_rate: Vector3::zeros(),
+            bias: Vec3::ZERO,
+            rate: Vec3::ZERO,
+            last_gyroscope: Vec3::ZERO,
+            slow_rate: Vec3::ZERO,
             age: 0.0,
         }
     }
 
     /// Forgets everything but the settings.
     pub fn reset(&mut self) {
-        *self = Attitude::new(self.settings, self.position);
+        *self = Attitude::new(self.settings, self.position.into());
     }
 
     /// Unit vector up in body axes; up along Z (slider 2 upright) before the first sample.
     pub fn up(&self) -> Vector3<f32> {
-        self.up.unwrap_or(Vector3::z())
+        self.up.map_or(Vector3::z(), Vector3::from)
     }
 
     /// The inclinations x1, x2: vertical components of sliding axes 1 and 2, −1…1.
@@ -321,12 +329,12 @@ impl Attitude {
 
     /// Angular velocity with the bias taken off, rad/s, body axes.
     pub fn rate(&self) -> Vector3<f32> {
-        self.rate
+        self.rate.into()
     }
 
     /// Bias of the gyroscope as learnt so far, rad/s, body axes.
     pub fn bias(&self) -> Vector3<f32> {
-        self.bias
+        self.bias.into()
     }
 
     /// Whether start-up is over.
@@ -338,15 +346,14 @@ impl Attitude {
     ///
     /// On an error the estimate stays as it was, except that an estimate which would no longer be finite is forgotten.
     pub fn update(&mut self, sample: &ImuSample, dt: f32) -> Result<(), NotFinite> {
-        let gyroscope = sample.angular_velocity;
-        if !is_finite(&gyroscope)
-            || sample.specific_force.is_some_and(|f| !is_finite(&f))
-            || !(dt > 0.0 && dt <= LONGEST_STEP)
+        let gyroscope = Vec3::from(sample.angular_velocity);
+        let specific_force = sample.specific_force.map(Vec3::from);
+        if !gyroscope.is_finite() || specific_force.is_some_and(|f| !f.is_finite()) || !(dt > 0.0 && dt <= LONGEST_STEP)
         {
             return Err(NotFinite);
         }
         let Some(up) = self.up else {
-            if let Some(f) = sample.specific_force {
+            if let Some(f) = specific_force {
                 self.start(gyroscope, f);
             }
             return self.checked();
@@ -361,16 +368,16 @@ impl Attitude {
         // First-order lag and the derivative that belongs to it, backward Euler: stable for any time constant.
         let derivative_time = self.settings.derivative_time.max(0.0) + dt;
         let acceleration = (gyroscope - self.slow_rate) / derivative_time;
-        self.slow_rate += acceleration * dt;
+        self.slow_rate = self.slow_rate + acceleration * dt;
 
-        let predicted = rotated(&up, &(mean_rate * dt));
-        let (error, weight) = match sample.specific_force {
-            Some(f) => self.correction(&f, &acceleration, &predicted),
-            None => (Vector3::zeros(), 0.0),
+        let predicted = rotated(up, mean_rate * dt);
+        let (error, weight) = match specific_force {
+            Some(f) => self.correction(f, acceleration, predicted),
+            None => (Vec3::ZERO, 0.0),
         };
         let boost = (self.settings.start_up / self.age.max(1e-3)).clamp(1.0, START_UP_BOOST);
         let gain = (self.settings.correction * boost * weight * dt).clamp(0.0, 1.0);
-        let up = predicted - error.cross(&predicted) * gain;
+        let up = predicted - error.cross(predicted) * gain;
         // One Newton step for 1/√: the length is off by 1e-3 at most, which leaves an error of 1e-6.
         self.up = Some(up * (1.5 - 0.5 * up.norm_squared()));
 
@@ -379,19 +386,19 @@ impl Attitude {
         // estimate then has to make up for is no bias.
         let learning =
             if boost < START_UP_BOOST { self.settings.bias_correction * boost * boost * weight * dt } else { 0.0 };
-        self.bias = (self.bias - error * learning).map(|b| b.clamp(-limit, limit));
+        self.bias = (self.bias - error * learning).clamp(-limit, limit);
         self.age = (self.age + dt).min(self.settings.start_up.max(0.0));
         self.checked()
     }
 
     /// The first sample: the body may turn, but evenly. There is no derivative yet to tell.
-    fn start(&mut self, gyroscope: Vector3<f32>, specific_force: Vector3<f32>) {
-        let gravity = specific_force - gyroscope.cross(&gyroscope.cross(&self.position));
+    fn start(&mut self, gyroscope: Vec3, specific_force: Vec3) {
+        let gravity = specific_force - gyroscope.cross(gyroscope.cross(self.position));
         let square = gravity.norm_squared();
         if square > 0.0 && square < 1e6 {
             let mut up = gravity * square.invsqrt();
             for _ in 0..3 {
-                up *= 1.5 - 0.5 * up.norm_squared();
+                up = up * (1.5 - 0.5 * up.norm_squared());
             }
             self.up = Some(up);
             self.last_gyroscope = gyroscope;
@@ -402,13 +409,13 @@ impl Attitude {
 
     /// The rotation that would bring `up` to where the accelerometer sees it (its axis times the sine of its angle,
     /// within 5 %), and how far that is to be trusted, 0…1.
-    fn correction(&self, f: &Vector3<f32>, acceleration: &Vector3<f32>, up: &Vector3<f32>) -> (Vector3<f32>, f32) {
+    fn correction(&self, f: Vec3, acceleration: Vec3, up: Vec3) -> (Vec3, f32) {
         let settings = &self.settings;
-        let r = &self.position;
-        let centripetal = self.rate.cross(&self.rate.cross(r));
+        let r = self.position;
+        let centripetal = self.rate.cross(self.rate.cross(r));
         let tangential = acceleration.cross(r);
         // Y × up points along the ground and shrinks to nothing as the cylinder stands up, where it does not roll.
-        let rolling = Vector3::new(up.z, 0.0, -up.x) * (settings.radius * acceleration.y);
+        let rolling = Vec3 { x: up.z, y: 0.0, z: -up.x } * (settings.radius * acceleration.y);
         let gravity = f - centripetal - tangential - rolling;
 
         let square = gravity.norm_squared();
@@ -417,7 +424,7 @@ impl Attitude {
         let deviation = (0.5 * (square / (g * g) - 1.0)).abs();
         let by_magnitude = (1.0 - deviation / settings.magnitude_gate).clamp(0.0, 1.0);
         if !(by_magnitude > 0.0 && square > 0.0) {
-            return (Vector3::zeros(), 0.0);
+            return (Vec3::ZERO, 0.0);
         }
         let turns = self.rate.norm_squared() / (settings.rate_gate * settings.rate_gate);
         let weight = by_magnitude / (1.0 + turns);
@@ -429,9 +436,9 @@ impl Attitude {
 
     /// Forgets an estimate that is no longer finite.
     fn checked(&mut self) -> Result<(), NotFinite> {
-        let finite = self.up.is_none_or(|up| is_finite(&up) && (up.norm_squared() - 1.0).abs() < 0.1)
-            && is_finite(&self.bias)
-            && is_finite(&self.slow_rate);
+        let finite = self.up.is_none_or(|up| up.is_finite() && (up.norm_squared() - 1.0).abs() < 0.1)
+            && self.bias.is_finite()
+            && self.slow_rate.is_finite();
         if finite {
             Ok(())
         } else {
@@ -443,13 +450,9 @@ impl Attitude {
 
 /// A vector that stands still, seen from axes that turned by `angle` (rad, axis times angle): Rodrigues' formula with
 /// the first two terms of sine and cosine, good to 1e-7 for the 35 mrad of a tick at 2000 °/s.
-fn rotated(v: &Vector3<f32>, angle: &Vector3<f32>) -> Vector3<f32> {
+fn rotated(v: Vec3, angle: Vec3) -> Vec3 {
     let square = angle.norm_squared();
     let once = angle.cross(v);
-    let twice = angle.cross(&once);
+    let twice = angle.cross(once);
     v - once * (1.0 - square / 6.0) + twice * (0.5 - square / 24.0)
-}
-
-fn is_finite(v: &Vector3<f32>) -> bool {
-    v.iter().all(|a| a.is_finite())
 }

@@ -31,6 +31,7 @@ pub mod scalar;
 pub mod servo;
 pub mod storage;
 pub mod timing;
+mod vector;
 
 pub use port::Port;
 pub use robot::Robot;

@@ -463,7 +463,7 @@ impl<S: Scalar> Robot<S> {
     /// # Errors
     /// [`Refusal::BadValue`] or [`Refusal::NotTheRobots`]; nothing is then changed.
     pub fn set(&mut self, id: Id, value: f64) -> Result<(), Refusal> {
-        let parameter = id.parameter();
+        let parameter = id.bounds();
         if !parameter.scope.is_robot() {
             return Err(Refusal::NotTheRobots);
         }
@@ -533,7 +533,7 @@ impl<S: Scalar> Robot<S> {
 
     fn answer_parameter(&mut self, index: u8, act: impl FnOnce(&mut Self, Id) -> Result<(), Refusal>) -> RobotMessage {
         let Some(id) = Id::from_index(index) else { return RobotMessage::Refused(Refusal::UnknownParameter) };
-        if !id.parameter().scope.is_robot() {
+        if !id.bounds().scope.is_robot() {
             return RobotMessage::Refused(Refusal::NotTheRobots);
         }
         match act(self, id) {

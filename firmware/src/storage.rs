@@ -25,7 +25,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use protocol::message::MemoryState;
-use protocol::parameter::{COUNT, Kind, TABLE};
+use protocol::parameter::{BOUNDS, COUNT, Kind};
 
 use crate::attitude::ImuCalibration;
 
@@ -81,7 +81,7 @@ pub enum MemoryError {
 /// What is worth keeping over a power cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Every parameter, in the order of [`TABLE`]. Those of the simulator are kept, too, so that a parameter's place is
+    /// Every parameter, in the order of [`protocol::parameter::TABLE`]. Those of the simulator are kept, too, so that a parameter's place is
     /// its index.
     pub parameters: [f32; COUNT],
     /// Calibration of the inertial sensor.
@@ -91,7 +91,7 @@ pub struct Record {
 impl Record {
     /// Whether every number is finite and in its range, and the mounting a rotation.
     pub fn is_sound(&self) -> bool {
-        let parameters = self.parameters.iter().zip(TABLE).all(|(&value, parameter)| {
+        let parameters = self.parameters.iter().zip(BOUNDS).all(|(&value, parameter)| {
             // In single precision, as the value is: that nearest to a limit may lie just outside of it.
             let in_range = value >= parameter.min as f32 && value <= parameter.max as f32;
             in_range && (parameter.kind == Kind::Real || value == (value as i32) as f32)

@@ -66,7 +66,30 @@ pub enum ValueError {
     NotWhole,
 }
 
+/// What a robot needs of a row of [`TABLE`]: all but the words, which are the larger part of it and would take 4 KiB of flash.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// As [`Parameter::min`].
+    pub min: f64,
+    /// As [`Parameter::max`].
+    pub max: f64,
+    /// As [`Parameter::default`].
+    pub default: f64,
+    /// As [`Parameter::kind`].
+    pub kind: Kind,
+    /// As [`Parameter::scope`].
+    pub scope: Scope,
+}
+
 impl Parameter {
+    /// Accepts `value` if it is finite, within the range, and whole where it must be.
+    pub fn check(&self, value: f64) -> Result<(), ValueError> {
+        let Parameter { min, max, default, kind, scope, .. } = *self;
+        Bounds { min, max, default, kind, scope }.check(value)
+    }
+}
+
+impl Bounds {
     /// Accepts `value` if it is finite, within the range, and whole where it must be.
     pub fn check(&self, value: f64) -> Result<(), ValueError> {
         if !value.is_finite() {
@@ -92,6 +115,11 @@ macro_rules! parameters {
         pub const TABLE: &[Parameter] = &[$(Parameter {
             name: $name, unit: $unit, min: $min, max: $max, default: $default,
             kind: Kind::$kind, scope: Scope::$scope, help: $help,
+        },)*];
+
+        /// The rows of [`TABLE`] without their words.
+        pub const BOUNDS: &[Bounds] = &[$(Bounds {
+            min: $min, max: $max, default: $default, kind: Kind::$kind, scope: Scope::$scope,
         },)*];
 
         impl Id {
@@ -182,6 +210,11 @@ impl Id {
         &TABLE[self as usize]
     }
 
+    /// The parameter's row in the table, without its words.
+    pub const fn bounds(self) -> &'static Bounds {
+        &BOUNDS[self as usize]
+    }
+
     /// The entries of C that a coupling parameter stands for, each with the sign it takes: C = [[c1, c2], [−c2, c1]].
     /// `None` for every other parameter.
     pub const fn coupled(self) -> Option<[(Id, Sign); 2]> {
@@ -214,7 +247,7 @@ pub struct Values<T>([T; COUNT]);
 impl<T: Copy> Values<T> {
     /// The defaults of the table, through `convert`.
     pub fn defaults(convert: impl Fn(f64) -> T) -> Self {
-        Values(core::array::from_fn(|i| convert(TABLE[i].default)))
+        Values(core::array::from_fn(|i| convert(BOUNDS[i].default)))
     }
 
     /// The value of one parameter.

@@ -72,7 +72,7 @@ impl Body {
 
     /// A barrel for a table, to be built from parts on sale.
     ///
-    /// - Tube: acrylic, 240 mm × 3 mm × 300 mm (0.8 kg) with two end discs, frame, two motors, battery (4S lithium-ion,
+    /// - Tube: acrylic, 240 mm × 3 mm × 300 mm (0.8 kg) with two end discs, frame, two motors, battery (3S lithium-ion,
     ///   0.2 kg), NUCLEO-F429ZI and H-bridges: 2.2 kg. Rubber bands as tyres on the rims.
     /// - Weights: steel with a carriage on a rail, 0.35 kg, ±60 mm, end blocks at ±65 mm; the axes pass each other at 70 mm.
     /// - Drive: a 25 mm brushed gearmotor of 4.4:1 with a GT2 belt on a 16-tooth pulley (see [`Motor::tabletop`]).
