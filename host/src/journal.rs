@@ -106,8 +106,9 @@ impl Journal {
         Ok(())
     }
 
-    /// Goes on over a new line, from the first frames on it.
-    pub fn connected<T: Transport>(&mut self, line: &Line<T>) {
+    /// Goes on over a new line, from the first frames on it, with the robot as it says it is.
+    pub fn connected<T: Transport>(&mut self, line: &Line<T>, identity: &Identity) {
+        self.state = Some(identity.state);
         self.garbled = self.garbled();
         self.garbled_before = line.garbled();
         self.gaps.base = line.lost();

@@ -101,6 +101,23 @@ fn a_link_that_is_not_there_is_refused() {
     refused(&["run", "homeokinetic", "--link", "pigeon"], &["link", "in-process"]);
 }
 
+#[cfg(not(feature = "virtual-board"))]
+#[test]
+fn a_build_without_the_virtual_board_says_how_to_get_it() {
+    for command in ["run", "console"] {
+        let args = [command, "homeokinetic", "--link", "virtual-board", "--body", "tabletop"];
+        refused(&args, &["cargo virtual run"]);
+    }
+}
+
+#[cfg(feature = "virtual-board")]
+#[test]
+fn a_virtual_board_wants_its_body_and_an_image() {
+    let args = ["run", "homeokinetic", "--link", "virtual-board", "--firmware", "no-such.elf"];
+    refused(&args, &["--body tabletop"]);
+    refused(&[&args[..], &["--body", "tabletop"]].concat(), &["no-such.elf"]);
+}
+
 #[test]
 fn a_place_that_cannot_be_written_is_refused() {
     refused(&["run", "homeokinetic", "--csv", "no/such/folder/run.csv"], &["no/such/folder/run.csv"]);

@@ -11,6 +11,7 @@ use barrel::console::{
 };
 use proptest::prelude::*;
 use protocol::Id;
+use protocol::message::{BodyAxis, CalibrationStep};
 use protocol::parameter::TABLE;
 
 /// Holds parameters as a single-precision robot does; refuses what it was told to refuse.
@@ -69,6 +70,15 @@ fn lines_are_understood() {
         ("disarm", Command::Act(Action::Disarm)),
         ("stop", Command::Act(Action::Stop)),
         ("clear", Command::Act(Action::Clear)),
+        ("home", Command::Act(Action::Home)),
+        ("calibrate still", Command::Act(Action::Calibrate(CalibrationStep::Still))),
+        ("calibrate  up  -C", Command::Act(Action::Calibrate(CalibrationStep::Up(BodyAxis::CylinderNegative)))),
+        ("calibrate up +2", Command::Act(Action::Calibrate(CalibrationStep::Up(BodyAxis::Slider2)))),
+        ("calibrate status", Command::Act(Action::Calibrate(CalibrationStep::Status))),
+        ("calibrate restart", Command::Act(Action::Calibrate(CalibrationStep::Restart))),
+        ("save", Command::Act(Action::Save)),
+        ("forget", Command::Act(Action::Forget)),
+        ("status", Command::Act(Action::Status)),
         ("pause", Command::Act(Action::Pause)),
         ("go", Command::Act(Action::Go)),
         ("step", Command::Act(Action::Step(1))),
@@ -104,6 +114,10 @@ fn lines_that_are_nearly_right_get_an_answer_that_helps() {
         ("step 0", "N is a whole number from 1"),
         ("speed 0", "it must be more than 0; pause stops the time"),
         ("speed fast", "'fast' is not a number"),
+        ("calibrate", "calibrate: one of four things can be done; write calibrate still"),
+        ("calibrate up", "which axis points up?"),
+        ("calibrate up 3", "AXIS is +1 or -1"),
+        ("save my.txt", "save: nothing comes behind it"),
         ("arm now", "arm: nothing comes behind it; write arm"),
     ] {
         assert!(complaint(line).contains(says), "{line:?}: {}", complaint(line));
@@ -206,6 +220,8 @@ fn tab_completes_commands_names_and_leaves_files_to_the_editor() {
     assert_eq!(complete("help pu"), Some((5, vec!["push"])));
     assert_eq!(complete("list sensorN"), Some((5, vec!["sensorNoise", "sensorNoiseTau"])));
     assert_eq!(complete("epsA = "), Some((7, vec![])));
+    assert_eq!(complete("calibrate s"), Some((10, vec!["still", "status"])));
+    assert_eq!(complete("calibrate up +"), Some((13, vec!["+1", "+c", "+2"])));
     assert_eq!(complete("load ru"), None);
     assert_eq!(complete("").unwrap().1.len(), COMMANDS.len() + TABLE.len());
 }

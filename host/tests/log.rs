@@ -8,6 +8,7 @@ use barrel::csv;
 use barrel::log::{self, Entry, LogError, Reader, Writer};
 use hil_sim::link::Direction;
 use hil_sim::record::{BrainRecord, PlantRecord};
+use protocol::message::Vitals;
 use protocol::{HostMessage, Values};
 
 const ME: &str = "my.mcap";
@@ -75,6 +76,20 @@ fn all(bytes: &[u8]) -> Result<(Vec<Entry>, bool, Option<LogError>), LogError> {
     }
     assert!(reader.next().is_none(), "an ended reader stays at its end");
     Ok((entries, reader.truncated(), damage))
+}
+
+#[test]
+fn vitals_are_read_back_and_the_logs_time_never_goes_back() {
+    let mut log = Writer::new(Vec::new(), Path::new(ME), &run(), &Values::defaults(|v| v)).unwrap();
+    let vitals = Vitals { ticks: 1000, homed: true, load: 240, battery_mv: 11_900, unsent: 3, ..Vitals::default() };
+    log.frame(2_000_000_000, Direction::ToHost, &[1, 0]).unwrap();
+    log.vitals(1.5, &vitals).unwrap();
+    log.frame(1_000_000_000, Direction::ToHost, &[2, 0]).unwrap();
+    log.vitals(2.5, &Vitals { ticks: 2000, ..vitals }).unwrap();
+    let (entries, ..) = all(&log.finish().unwrap()).unwrap();
+    let frame = |byte| Entry::Frame { time: 2_000_000_000, direction: Direction::ToHost, bytes: vec![byte, 0] };
+    let second = Entry::Vitals { t: 2.5, vitals: Vitals { ticks: 2000, ..vitals } };
+    assert_eq!(entries, [frame(1), Entry::Vitals { t: 1.5, vitals }, frame(2), second]);
 }
 
 #[test]

@@ -79,6 +79,11 @@ impl<T: Transport> Line<T> {
         }
     }
 
+    /// What the robot has said by itself and was heard already, while an answer was waited for; the oldest first.
+    pub fn overheard(&mut self) -> Option<RobotMessage> {
+        self.unasked.pop_front()
+    }
+
     /// So many times the transport's patience from now.
     fn until(&self, times: u32) -> Option<Instant> {
         self.transport.patience().map(|patience| Instant::now() + patience * times)

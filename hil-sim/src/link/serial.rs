@@ -176,3 +176,28 @@ fn not_opened(path: &str, baud: u32, error: &serialport::Error) -> String {
         ),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_wrong_with_a_port_comes_with_what_to_do() {
+        let said = |kind, path: &str| not_opened(path, 57_600, &serialport::Error::new(kind, "as the system puts it"));
+        let missing = said(ErrorKind::Io(io::ErrorKind::NotFound), "/dev/ttyACM7");
+        assert!(missing.contains("no serial port /dev/ttyACM7") && missing.contains("USB"), "{missing}");
+        let forbidden = said(ErrorKind::Io(io::ErrorKind::PermissionDenied), "/dev/ttyACM0");
+        assert!(forbidden.contains("dialout") && forbidden.contains("udev"), "{forbidden}");
+        // Something that is there for certain stands for a port that is locked.
+        assert!(said(ErrorKind::NoDevice, "/").contains("in use"));
+        let other = said(ErrorKind::Unknown, "/dev/ttyACM0");
+        assert!(other.contains("57600 baud: as the system puts it"), "{other}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_bare_name_is_a_device() {
+        assert_eq!(path("ttyACM0"), "/dev/ttyACM0");
+        assert_eq!(path("./robot"), "./robot");
+    }
+}

@@ -135,7 +135,7 @@ impl<L: Coupling> Barrel<L> {
                 console.wait(nap)
             };
             match input {
-                Some(Input::Line(line)) if self.pending.is_none() && self.waiting.is_empty() || cuts_in(&line) => {
+                Some(Input::Line(line)) if self.is_next(&line, console) => {
                     self.line(line, console)?;
                     continue;
                 }
@@ -179,6 +179,12 @@ impl<L: Coupling> Barrel<L> {
             }
         }
         Ok(measures)
+    }
+
+    /// Whether a line is carried out now: it waits for no other, nor for the robot.
+    fn is_next(&self, line: &Result<Command, ConsoleError>, console: &Console) -> bool {
+        let is_first = self.waiting.is_empty();
+        (is_first && self.pending.is_none()) || cuts_in(line, console.is_person(), is_first)
     }
 
     /// How long until the next step is due, s, when the clock and the simulated time stood at `origin` together.

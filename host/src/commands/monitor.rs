@@ -140,7 +140,7 @@ impl Watch<'_> {
         if let Err(error) = line.transport_mut().set_patience(MOMENT) {
             return Ok(Left::Gone(error.to_string()));
         }
-        self.journal.connected(&line);
+        self.journal.connected(&line, &identity);
         self.robots += 1;
         if self.robots == 1 {
             let mut command = format!("barrel monitor --port {address}");

@@ -33,7 +33,7 @@ pub fn robot_console(args: &ConsoleArgs, address: &Address) -> Result<(), Failur
     let (mut line, identity) = reach(address)?;
     About::checked(&identity, args.setup.precision)?;
     let mut journal = Journal::new();
-    journal.connected(&line);
+    journal.connected(&line, &identity);
     if let Some(log) = &args.log {
         let (link, command) = (args.setup.link.to_string(), format!("barrel console --link {}", args.setup.link));
         journal.begin_log(Some(log), &command, &link, &identity, &mut line)?;
@@ -95,7 +95,7 @@ impl Session {
             }
             while let Some(input) = console.poll() {
                 match input {
-                    Input::Line(line) if cuts_in(&line) => self.line(line, console)?,
+                    Input::Line(line) if self.is_next(&line, console) => self.line(line, console)?,
                     Input::Line(line) => self.waiting.push_back(line),
                     Input::End => listening = false,
                 }
@@ -105,9 +105,15 @@ impl Session {
                 self.line(line, console)?;
             }
             // A script ends when everything in it has been done.
-            self.quit |= !listening && self.pending.is_none() && !duration.is_finite();
+            self.quit |= !listening && self.pending.is_none() && self.waiting.is_empty() && !duration.is_finite();
         }
         Ok(())
+    }
+
+    /// Whether a line is carried out now: it waits for no other, nor for the robot.
+    fn is_next(&self, line: &Result<Command, ConsoleError>, console: &Console) -> bool {
+        let is_first = self.waiting.is_empty();
+        (is_first && self.pending.is_none()) || cuts_in(line, console.is_person(), is_first)
     }
 
     fn heard(&mut self, message: &RobotMessage, console: &mut Console) -> Result<(), Failure> {
@@ -163,7 +169,16 @@ impl Session {
     }
 
     fn line(&mut self, line: Result<Command, ConsoleError>, console: &mut Console) -> Result<(), Failure> {
-        match line.and_then(|command| execute(&command, self).map(|said| (command, said))) {
+        let before = self.pending;
+        let done = line.and_then(|command| execute(&command, self).map(|said| (command, said)));
+        // What was heard before the answer is no news of what has only now begun.
+        let begun = self.pending.filter(|_| before.is_none());
+        self.pending = self.pending.and(before);
+        while let Some(message) = self.line.overheard() {
+            self.heard(&message, console)?;
+        }
+        self.pending = self.pending.or(begun);
+        match done {
             Ok((command, said)) => {
                 console.print(&said);
                 match command {

@@ -30,6 +30,7 @@ pub struct Console {
     lines: Receiver<Input>,
     printer: Option<Box<dyn ExternalPrinter + Send>>,
     ended: bool,
+    is_person: bool,
     /// The terminal's settings before the line editor changed them.
     terminal: Option<String>,
 }
@@ -41,7 +42,7 @@ impl Console {
         let (send, lines) = mpsc::channel();
         if !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
             thread::spawn(move || read_plain(io::stdin().lock(), &send));
-            return Console { lines, printer: None, ended: false, terminal: None };
+            return Console { lines, printer: None, ended: false, is_person: false, terminal: None };
         }
         let terminal = terminal_settings();
         let history = history.map(Path::to_path_buf);
@@ -58,7 +59,12 @@ impl Console {
                 read_plain(io::stdin().lock(), &send);
             }
         });
-        Console { lines, printer: printer.recv().ok().flatten(), ended: false, terminal }
+        Console { lines, printer: printer.recv().ok().flatten(), ended: false, is_person: true, terminal }
+    }
+
+    /// Whether the lines come from a person at a terminal; else they are a script's.
+    pub fn is_person(&self) -> bool {
+        self.is_person
     }
 
     /// The next line if there is one; does not wait. After [`Input::End`] there is none.

@@ -52,20 +52,25 @@ impl Pending {
     }
 }
 
-/// Whether a line is carried out at once, even if the robot has not come to the end of what it was set to.
-pub fn cuts_in(line: &Result<Command, ConsoleError>) -> bool {
+/// Whether a line is carried out at once, even if the robot has not come to the end of what it was set to. What a person types
+/// must not wait behind other lines; a script is carried out in its order, to the end.
+pub fn cuts_in(line: &Result<Command, ConsoleError>, is_person: bool, is_first: bool) -> bool {
     match line {
-        Err(_) | Ok(Command::Nothing | Command::Help(_)) => true,
-        Ok(Command::Act(action)) => matches!(
-            action,
-            Action::Disarm
-                | Action::Stop
-                | Action::Status
-                | Action::Pause
-                | Action::Go
-                | Action::Speed(_)
-                | Action::Quit
-        ),
+        Ok(Command::Act(Action::Quit)) => is_person,
+        Ok(Command::Act(action)) => {
+            let at_once = matches!(
+                action,
+                Action::Disarm
+                    | Action::Stop
+                    | Action::Status
+                    | Action::Pause
+                    | Action::Go
+                    | Action::Step(_)
+                    | Action::Speed(_)
+            );
+            at_once && (is_person || is_first)
+        }
+        Err(_) | Ok(Command::Nothing | Command::Help(_)) => is_person || is_first,
         Ok(_) => false,
     }
 }

@@ -1,0 +1,255 @@
+//! A robot on a serial line: the same run as in process, whatever the line does to it; and the console on a bench.
+#![cfg(unix)]
+
+mod bench;
+
+use bench::{BenchRobot, Mute, Noisy, Plugged, Satellites, Stranger, barrel, fail, succeed, text};
+use firmware::Port;
+use protocol::RobotMessage;
+use protocol::message::{MemoryState, Precision, ResetCause, SafetyState};
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::Stdio;
+use std::sync::{Arc, Mutex};
+use tempfile::TempDir;
+
+const OVER_SERIAL: [&str; 2] = ["--link", "serial:./robot"];
+
+fn read(folder: &Path, file: &str) -> String {
+    fs::read_to_string(folder.join(file)).expect("readable")
+}
+
+fn metadata(folder: &Path, log: &str) -> std::collections::BTreeMap<String, String> {
+    barrel::log::Reader::open(&folder.join(log)).expect("a log").run()
+}
+
+#[test]
+fn a_run_over_a_serial_line_gives_the_bytes_of_a_run_in_process() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let _robot = Plugged::new(&f.join("robot"), BenchRobot::new(false));
+    for (body, seconds) in [("chapter", "4"), ("tabletop", "1")] {
+        let run = ["run", "homeokinetic", "--body", body, "--seed", "7", "--duration", seconds];
+        succeed(f, &[&run[..], &["--csv", "here.csv"]].concat());
+        succeed(f, &[&run[..], &OVER_SERIAL, &["--csv", "there.csv", "--log", "there.mcap"]].concat());
+        assert!(read(f, "here.csv") == read(f, "there.csv"), "{body} differs");
+        let about = metadata(f, "there.mcap");
+        assert_eq!(about["link"], "serial:./robot");
+        assert_eq!(about["precision"], "f32");
+        assert!(about["command"].contains("--link serial:./robot"), "{about:?}");
+        let said = succeed(f, &["replay", "there.mcap"]);
+        assert!(said.contains("bit for bit"), "{said}");
+    }
+}
+
+#[test]
+fn lost_and_made_up_bytes_cost_time_and_nothing_else() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    for (body, seconds, one_in) in [("chapter", "2", 600), ("tabletop", "0.5", 1500)] {
+        let touched = Arc::new(Mutex::new(0));
+        let noisy = Noisy { device: BenchRobot::new(false), random: 5, one_in, touched: Arc::clone(&touched) };
+        let robot = Plugged::new(&f.join("robot"), noisy);
+        let run = ["run", "homeokinetic", "--body", body, "--seed", "3", "--duration", seconds];
+        succeed(f, &[&run[..], &["--csv", "here.csv"]].concat());
+        succeed(f, &[&run[..], &OVER_SERIAL, &["--csv", "there.csv", "--log", "there.mcap"]].concat());
+        let touched = *touched.lock().expect("nobody panicked");
+        assert!(touched >= 10, "{touched} bytes were touched: the line was too good to prove anything");
+        assert!(read(f, "here.csv") == read(f, "there.csv"), "{body} differs");
+        let said = succeed(f, &["replay", "there.mcap"]);
+        assert!(said.contains("bit for bit"), "{said}");
+        robot.unplug();
+    }
+}
+
+#[test]
+fn a_robot_that_is_unplugged_in_mid_run_leaves_a_whole_recording() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let _robot = Plugged::until(&f.join("robot"), BenchRobot::new(false), |said| said > 20_000);
+    let files = ["--csv", "run.csv", "--log", "run.mcap", "--plot", "run.png"];
+    let run = [&["run", "homeokinetic", "--duration", "100"][..], &OVER_SERIAL, &files].concat();
+    let said = fail(f, 1, &run);
+    for words in ["gone", "unplugged", "recorded until then", "run.csv"] {
+        assert!(said.contains(words), "'{words}' is not said: {said}");
+    }
+    let table = barrel::csv::read(&f.join("run.csv")).expect("a whole CSV");
+    assert!((50..300).contains(&table.rows()), "{} rows", table.rows());
+    let (logged, truncated) = barrel::log::read_table(&f.join("run.mcap")).expect("a whole log");
+    assert!(!truncated);
+    assert_eq!(logged.rows(), table.rows());
+    assert!(f.join("run.png").is_file());
+}
+
+#[test]
+fn a_port_that_is_not_there_is_no_port_or_is_in_use_is_named() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let said = fail(f, 2, &["run", "homeokinetic", "--link", "serial:no-such-port"]);
+    assert!(said.contains("no serial port /dev/no-such-port") && said.contains("USB"), "{said}");
+    fs::write(f.join("file"), "").expect("written");
+    let said = fail(f, 2, &["run", "homeokinetic", "--link", "serial:./file"]);
+    assert!(said.contains("./file cannot be used as a serial port"), "{said}");
+    let _robot = Plugged::new(&f.join("robot"), BenchRobot::new(false));
+    let port = serialport::new(f.join("robot").to_string_lossy(), 9600).open().expect("opened by somebody else");
+    let said = fail(f, 2, &[&["run", "homeokinetic"][..], &OVER_SERIAL].concat());
+    assert!(said.contains("in use"), "{said}");
+    drop(port);
+    succeed(f, &[&["run", "homeokinetic", "--duration", "0.1", "--csv", "run.csv"][..], &OVER_SERIAL].concat());
+    assert!(!f.join("runs").exists(), "a refused run leaves no folder");
+}
+
+#[test]
+fn what_is_no_robot_of_this_build_is_told_apart() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let run = [&["run", "homeokinetic"][..], &OVER_SERIAL].concat();
+    let mute = Plugged::new(&f.join("robot"), Mute);
+    let said = fail(f, 2, &run);
+    assert!(said.contains("nothing on ./robot answers") && said.contains("57600"), "{said}");
+    mute.unplug();
+    let satellites = Plugged::new(&f.join("robot"), Satellites);
+    let said = fail(f, 2, &run);
+    assert!(said.contains("nothing on ./robot answers"), "{said}");
+    satellites.unplug();
+    for (version, schema, words) in
+        [(protocol::VERSION + 1, protocol::SCHEMA, "version"), (protocol::VERSION, !protocol::SCHEMA, "schema")]
+    {
+        let hello = RobotMessage::Hello {
+            version,
+            schema,
+            firmware: [9, 9, 9],
+            precision: Precision::F32,
+            state: SafetyState::Disarmed,
+            reset: ResetCause::PowerOn,
+            memory: MemoryState::Absent,
+        };
+        let stranger = Plugged::new(&f.join("robot"), Stranger(Port::default(), hello));
+        let said = fail(f, 2, &run);
+        assert!(said.contains(words), "'{words}' is not said: {said}");
+        stranger.unplug();
+    }
+}
+
+#[test]
+fn a_robot_has_its_own_precision() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let _robot = Plugged::new(&f.join("robot"), BenchRobot::new(false));
+    let run = [&["run", "homeokinetic", "--duration", "0.1", "--csv", "run.csv"][..], &OVER_SERIAL].concat();
+    let said = fail(f, 2, &[&run[..], &["--precision", "f64"]].concat());
+    assert!(said.contains("f32") && said.contains("--precision"), "{said}");
+    succeed(f, &[&run[..], &["--precision", "f32"]].concat());
+}
+
+/// Types `script` into a console, which must end well, and returns what it said.
+fn talk(folder: &Path, args: &[&str], script: &str) -> String {
+    let mut child = barrel(folder, &[&["console"][..], &OVER_SERIAL, args].concat())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("barrel starts");
+    child.stdin.take().expect("piped").write_all(script.as_bytes()).expect("taken");
+    let output = child.wait_with_output().expect("ends");
+    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Looks for all of `words` in what was said, one after the other.
+fn in_turn(said: &str, words: &[&str]) {
+    let mut rest = said;
+    for word in words {
+        let at = rest.find(word).unwrap_or_else(|| panic!("'{word}' is not said in its turn: {said}"));
+        rest = &rest[at + word.len()..];
+    }
+}
+
+#[test]
+fn the_console_homes_arms_sets_calibrates_and_stores_a_robot_on_the_bench() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let robot = Plugged::new(&f.join("robot"), BenchRobot::new(true));
+    let script = "arm\ncalibrate still\ncalibrate up +2\ncalibrate status\nhome\nepsC = 0.2\narm\ncalibrate still\ndisarm\n\
+                  epsA = 0.07\nfriction\nstore set.txt\nsave\npush 1 1\nstop\narm\nclear\nstatus\n";
+    let said = talk(f, &["--log", "talk.mcap"], script);
+    in_turn(
+        &said,
+        &[
+            "firmware 0.1.0",
+            "power on",
+            "home first",
+            "averaging",
+            "the gyroscope's bias is found",
+            "averaging",
+            "taken; attitudes still to come: +1 -1 +c -c -2",
+            "taken; attitudes still to come: +1 -1 +c -c -2",
+            "homing:",
+            "homed: the middle",
+            "epsC = 0.2",
+            "Armed",
+            "disarm first",
+            "Disarmed",
+            "epsA = 0.07",
+            "friction is the simulator's",
+            "stored in set.txt",
+            "in the robot's memory",
+            "--simulate",
+            "Fault: emergency stop",
+            "clear the fault first",
+            "Disarmed",
+            "the middle of its axes is known",
+            "written: talk.mcap",
+        ],
+    );
+    let set = read(f, "set.txt");
+    assert!(set.contains("epsA = 0.07 ") && set.contains("# friction is not here"), "{set}");
+    let (table, truncated) = barrel::log::read_table(&f.join("talk.mcap")).expect("a log");
+    assert!(table.rows() > 100 && !truncated, "{} rows", table.rows());
+    // After the next power-on it is as it was saved.
+    let mut robot = robot.unplug();
+    robot.wishes.lock().expect("nobody panicked").reset = Some(ResetCause::PowerOn);
+    bench::Device::turn(&mut robot, &[], &mut Vec::new());
+    let _robot = Plugged::new(&f.join("robot"), robot);
+    in_turn(
+        &talk(f, &[], "epsA\nforget\n"),
+        &["parameters and calibration in its memory", "epsA = 0.07", "memory is empty"],
+    );
+}
+
+#[test]
+fn homing_can_be_stopped_and_what_was_typed_behind_it_waits_until_then() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let _robot = Plugged::new(&f.join("robot"), BenchRobot::new(false));
+    let said = talk(f, &[], "home\nstatus\nstop\nepsA = 0.5\nsave\nclear\nhome\nepsA = 0.6\n");
+    in_turn(&said, &["homing:", "firmware", "Fault: emergency stop", "epsA = 0.5", "no memory", "Disarmed", "homing:"]);
+    in_turn(&said, &["epsA = 0.5", "homed: the middle", "epsA = 0.6"]);
+    assert_eq!(said.matches("homed: the middle").count(), 1, "{said}");
+}
+
+#[test]
+fn a_console_that_simulates_over_a_serial_line_is_that_of_a_run() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let _robot = Plugged::new(&f.join("robot"), BenchRobot::new(false));
+    let said = talk(
+        f,
+        &["--simulate", "--speed", "1000", "--duration", "2", "--log", "talk.mcap"],
+        "pause\nepsA = 0.3\nfriction = 0.3\npush 1 0.5\nsave\nhome\ngo\n",
+    );
+    in_turn(&said, &["paused", "epsA = 0.3", "friction = 0.3", "pushing", "no memory", "tabletop", "going on"]);
+    assert!(succeed(f, &["replay", "talk.mcap"]).contains("bit for bit"));
+}
+
+#[test]
+fn options_of_a_simulated_run_have_no_place_on_a_bench() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let _robot = Plugged::new(&f.join("robot"), BenchRobot::new(false));
+    for option in [&["--set", "epsA=0.2"][..], &["--push", "1:1:1"], &["--csv", "x.csv"], &["--speed", "2"]] {
+        let said = fail(f, 2, &[&["console"][..], &OVER_SERIAL, option].concat());
+        assert!(said.contains("--simulate"), "{option:?}: {said}");
+    }
+}
