@@ -58,6 +58,10 @@ pub fn replay<'f, S: Scalar>(
                 if player.lockstep {
                     player.carry_out(&message, &mut observe);
                 } else {
+                    if message.opens() {
+                        // What was asked before and not answered was said to nobody, as to a robot that had not started.
+                        player.requests.clear();
+                    }
                     player.requests.push_back(message);
                 }
             }
