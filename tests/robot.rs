@@ -1,7 +1,7 @@
 //! The robot as a host meets it: what it answers, what it refuses, and that nothing moves unless it is Armed.
 
 use firmware::{Port, Robot};
-use hil_sim::link::{InProcess, Line, Link, LinkError, Transport, hello};
+use hil_sim::link::{HELLO, InProcess, Line, Link, LinkError, Transport, hello};
 use hil_sim::plant::{Body, Drive};
 use protocol::message::{FaultCode, Precision, Refusal, SafetyState, Transducers};
 use protocol::{HostMessage, Id, RobotMessage, encode};
@@ -35,7 +35,7 @@ fn duty(line: &mut impl Link, transducers: Transducers) -> [f32; 2] {
 }
 
 fn state(line: &mut impl Link) -> SafetyState {
-    match ask(line, HostMessage::Hello { version: protocol::VERSION, schema: protocol::SCHEMA }) {
+    match ask(line, HELLO) {
         RobotMessage::Hello { state, .. } => state,
         other => panic!("{other:?}"),
     }

@@ -1,6 +1,6 @@
 //! Deadlines, jitter and load, from a counter of the core's cycles.
 //!
-//! A servo tick has met its deadline if its outputs were there within one [`SERVO_PERIOD`] of when it was due. The
+//! A servo tick has met its deadline if its outputs were there within one [`crate::timing::SERVO_PERIOD`] of when it was due. The
 //! first tick is when it comes, and every further one a period after the one before. A tick that comes before it is due
 //! shows that those before it were late, and the schedule starts from it. After a missed deadline the next tick starts
 //! it anew.
@@ -11,10 +11,7 @@
 
 use protocol::message::Vitals;
 
-use crate::timing::SERVO_PERIOD;
-
-/// Servo ticks in a second.
-const TICKS_PER_SECOND: u32 = (1.0 / SERVO_PERIOD) as u32;
+use crate::timing::SERVO_HZ;
 
 /// Watches the servo ticks and sums up what a second cost.
 #[derive(Clone, Debug)]
@@ -44,7 +41,7 @@ impl LoadMeter {
     pub fn new(cycles_per_second: u32) -> Self {
         LoadMeter {
             cycles_per_second: cycles_per_second.max(1),
-            period: cycles_per_second / TICKS_PER_SECOND,
+            period: cycles_per_second / SERVO_HZ,
             due: None,
             last_start: None,
             ticks: 0,

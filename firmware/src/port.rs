@@ -44,9 +44,7 @@ impl Port {
                 return None;
             }
         };
-        if matches!(message, HostMessage::Hello { .. }) {
-            self.numbering.begin(number);
-        } else if self.numbering.arrived(number) == Arrival::Again {
+        if self.numbering.heard(number, &message) == Arrival::Again {
             // Without an answer yet, it is still to come.
             return (!self.answers.is_empty()).then_some(Incoming::Again(&self.answers));
         }

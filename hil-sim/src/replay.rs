@@ -2,7 +2,7 @@
 
 use crate::link::Direction;
 use firmware::{Robot, Scalar};
-use protocol::frame::{Arrival, MAX_FRAME, Numbering};
+use protocol::frame::{Arrival, MAX_FRAME, Numbering, Opens};
 use protocol::message::SafetyState;
 use protocol::{Decoder, HostMessage, Id, RobotMessage, Telemetry, encode};
 use std::collections::VecDeque;
@@ -209,26 +209,5 @@ fn numbers(t: &Telemetry) -> impl Iterator<Item = f32> + use<> {
 fn decode<M: serde::de::DeserializeOwned + Opens>(frame: &[u8], numbering: &mut Numbering) -> Option<M> {
     let mut decoder = Decoder::new();
     let (number, message): (u16, M) = frame.iter().filter_map(|&byte| decoder.push(byte)).last()?.ok()?;
-    if message.opens() {
-        numbering.begin(number);
-        return Some(message);
-    }
-    (numbering.arrived(number) != Arrival::Again).then_some(message)
-}
-
-/// Whether a message opens a conversation: its frame's number says nothing of those before.
-trait Opens {
-    fn opens(&self) -> bool;
-}
-
-impl Opens for HostMessage {
-    fn opens(&self) -> bool {
-        matches!(self, HostMessage::Hello { .. })
-    }
-}
-
-impl Opens for RobotMessage {
-    fn opens(&self) -> bool {
-        matches!(self, RobotMessage::Hello { .. })
-    }
+    (numbering.heard(number, &message) != Arrival::Again).then_some(message)
 }

@@ -155,7 +155,7 @@ impl<C: Coupling> Run<C> {
         if !id.parameter().scope.is_robot() {
             return Ok(set);
         }
-        Ok(in_decimal(demand(self.ask(&HostMessage::GetParameter { index: id.index() }))?, set))
+        Ok(as_set(demand(self.ask(&HostMessage::GetParameter { index: id.index() }))?, set))
     }
 
     /// Sets a parameter while the run goes on, and returns its value as it is held now.
@@ -173,7 +173,7 @@ impl<C: Coupling> Run<C> {
             return Ok(value);
         }
         let held = demand(self.ask(&HostMessage::SetParameter { index: id.index(), value: value as f32 }))?;
-        Ok(in_decimal(held, value))
+        Ok(as_set(held, value))
     }
 
     /// Arms, disarms, stops or clears; returns the robot's state afterwards.
@@ -203,6 +203,11 @@ pub fn time(step: u64) -> f64 {
 }
 
 /// A robot's single-precision value as a person would write it: as it was set, if it is that, else its shortest decimal.
-fn in_decimal(held: f32, set: f64) -> f64 {
-    if set as f32 == held { set } else { held.to_string().parse().unwrap_or(f64::from(held)) }
+pub fn as_set(held: f32, set: f64) -> f64 {
+    if set as f32 == held { set } else { in_decimal(held) }
+}
+
+/// A robot's single-precision value as a person would write it: its shortest decimal.
+pub fn in_decimal(held: f32) -> f64 {
+    held.to_string().parse().unwrap_or(f64::from(held))
 }

@@ -20,6 +20,8 @@ use heapless::Vec;
 use postcard::ser_flavors::{Cobs, Slice, crc::CrcModifier};
 use serde::{Serialize, de::DeserializeOwned};
 
+use crate::message::{HostMessage, RobotMessage};
+
 /// No frame is longer than this, delimiter included; a longer one is garbage.
 pub const MAX_FRAME: usize = 128;
 
@@ -131,6 +133,15 @@ impl Numbering {
         Arrival::New { lost: ahead }
     }
 
+    /// Notes an arrived frame and what is in it: a hello begins its sender's numbers anew.
+    pub fn heard(&mut self, sequence: u16, message: &impl Opens) -> Arrival {
+        if message.opens() {
+            self.begin(sequence);
+            return Arrival::New { lost: 0 };
+        }
+        self.arrived(sequence)
+    }
+
     /// Takes this frame as the first of a new sender. What was numbered before it counts as arrived.
     pub fn begin(&mut self, sequence: u16) {
         self.expected = Some(sequence.wrapping_add(1));
@@ -140,6 +151,24 @@ impl Numbering {
     /// Frames lost so far.
     pub fn lost(&self) -> u32 {
         self.lost
+    }
+}
+
+/// Whether a message opens a conversation: its frame's number says nothing of those before.
+pub trait Opens {
+    /// Whether it is a hello.
+    fn opens(&self) -> bool;
+}
+
+impl Opens for HostMessage {
+    fn opens(&self) -> bool {
+        matches!(self, HostMessage::Hello { .. })
+    }
+}
+
+impl Opens for RobotMessage {
+    fn opens(&self) -> bool {
+        matches!(self, RobotMessage::Hello { .. })
     }
 }
 

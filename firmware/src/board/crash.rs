@@ -42,7 +42,6 @@ fn go_down(last_words: LastWords) -> ! {
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
     log::warning!("panic: {}", log::shown(info));
-    let _ = info;
     go_down(LastWords::Panic)
 }
 

@@ -7,7 +7,7 @@ use embassy_time::{Duration, Instant};
 use firmware::Robot;
 use firmware::load::LoadMeter;
 use firmware::robot::Senses;
-use firmware::timing::SERVO_PERIOD;
+use firmware::timing::SERVO_HZ;
 use protocol::message::{Refusal, SafetyState};
 use protocol::{HostMessage, RobotMessage};
 
@@ -18,8 +18,6 @@ use crate::tasks::shared::{
 };
 use crate::{Brain, board, log};
 
-/// Servo ticks in a second.
-const SECOND: u32 = (1.0 / SERVO_PERIOD) as u32;
 /// Messages carried out in one tick at most.
 const AT_ONCE: usize = 2;
 /// Servo ticks that the inertial sensor is left alone after a transaction that did not end within its tick. That tick is
@@ -31,7 +29,7 @@ const IMU_START: u32 = 250;
 /// Sensors, robot, motors, every millisecond, for ever.
 #[embassy_executor::task]
 pub async fn servo(mut robot: Robot<Brain>, mut imu: Imu, mut axes: Axes, stop: StopInputs, mut watchdog: Watchdog) {
-    let mut pace = Pace::every(Duration::from_hz(u64::from(SECOND)));
+    let mut pace = Pace::every(Duration::from_hz(u64::from(SERVO_HZ)));
     // A sensor that is still starting is not a stale one.
     for _ in 0..IMU_START {
         if imu.is_running() {
@@ -94,7 +92,7 @@ pub async fn servo(mut robot: Robot<Brain>, mut imu: Imu, mut axes: Axes, stop: 
             announce(&RobotMessage::Telemetry(telemetry));
         }
         ticks = ticks.wrapping_add(1);
-        if ticks.is_multiple_of(SECOND) {
+        if ticks.is_multiple_of(SERVO_HZ) {
             vitals(&robot, &mut meter);
         }
         show(&robot);

@@ -1,5 +1,5 @@
-//! What the servo and the tasks below it hand to each other. Nothing here waits for anything: what finds no room is dropped
-//! and counted.
+//! What the servo and the tasks below it hand to each other. The servo waits for none of them: what it finds no room for is
+//! dropped and counted.
 
 use core::sync::atomic::{AtomicU16, AtomicU32};
 

@@ -1,7 +1,7 @@
 //! A robot in the simulated body: its own chips sense the world, its own motor pins move the weights, and it says what it
 //! wants on a wire. Time passes for robot and world together, a servo period at a time, whatever is said.
 
-use super::{Answer, Direction, LinkError, Wire, recognise};
+use super::{Answer, Direction, HELLO, LinkError, Wire, recognise};
 use crate::coupling::{Coupling, Step, demand};
 use crate::record::PlantRecord;
 use crate::run::RunError;
@@ -139,8 +139,6 @@ impl<B: Board> Embodied<B> {
         Err(LinkError::Broken("the robot does not come to an end with homing".to_owned()).into())
     }
 }
-
-const HELLO: HostMessage = HostMessage::Hello { version: protocol::VERSION, schema: protocol::SCHEMA };
 
 impl<B: Board> Coupling for Embodied<B> {
     fn start(&mut self, world: &mut World) -> Result<(), RunError> {

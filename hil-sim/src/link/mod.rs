@@ -122,13 +122,15 @@ pub struct Identity {
     pub memory: MemoryState,
 }
 
+/// The question who a robot is.
+pub const HELLO: HostMessage = HostMessage::Hello { version: protocol::VERSION, schema: protocol::SCHEMA };
+
 /// Says hello and makes sure that both sides mean the same by their messages.
 ///
 /// # Errors
 /// As [`recognise`]; no answer.
 pub fn hello(link: &mut impl Link) -> Result<Identity, LinkError> {
-    let answer = link.request(&HostMessage::Hello { version: protocol::VERSION, schema: protocol::SCHEMA })?;
-    recognise(&answer.message)
+    recognise(&link.request(&HELLO)?.message)
 }
 
 /// Who a robot is that has answered a hello.

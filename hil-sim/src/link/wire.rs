@@ -54,9 +54,7 @@ impl Wire {
         }
         match decoded? {
             Ok((number, message)) => {
-                if matches!(message, RobotMessage::Hello { .. }) {
-                    self.numbering.begin(number);
-                } else if self.numbering.arrived(number) == Arrival::Again {
+                if self.numbering.heard(number, &message) == Arrival::Again {
                     self.repeated = self.repeated.wrapping_add(1);
                     return None;
                 }

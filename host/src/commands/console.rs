@@ -3,7 +3,7 @@
 use crate::cli::{ConsoleArgs, Link};
 use crate::commands::robot_console::robot_console;
 use crate::commands::run::{About, OverLink, description, over_link, title};
-use crate::console::robot::{self, HOMED, Pending, Robot, cuts_in, unless_refused};
+use crate::console::robot::{self, HOMED, Pending, Robot, is_next, unless_refused};
 use crate::console::{Action, Command, Console, ConsoleError, Input, Target, execute};
 use crate::failure::Failure;
 use crate::recorder::{Places, Recorder};
@@ -135,7 +135,9 @@ impl<L: Coupling> Barrel<L> {
                 console.wait(nap)
             };
             match input {
-                Some(Input::Line(line)) if self.is_next(&line, console) => {
+                Some(Input::Line(line))
+                    if is_next(&line, self.pending, self.waiting.is_empty(), console.is_person()) =>
+                {
                     self.line(line, console)?;
                     continue;
                 }
@@ -179,12 +181,6 @@ impl<L: Coupling> Barrel<L> {
             }
         }
         Ok(measures)
-    }
-
-    /// Whether a line is carried out now: it waits for no other, nor for the robot.
-    fn is_next(&self, line: &Result<Command, ConsoleError>, console: &Console) -> bool {
-        let is_first = self.waiting.is_empty();
-        (is_first && self.pending.is_none()) || cuts_in(line, console.is_person(), is_first)
     }
 
     /// How long until the next step is due, s, when the clock and the simulated time stood at `origin` together.

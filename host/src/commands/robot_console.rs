@@ -3,13 +3,14 @@
 use crate::cli::{Address, ConsoleArgs};
 use crate::commands::console::history;
 use crate::commands::run::About;
-use crate::console::robot::{self, HELLO, HOMED, Pending, Robot, cuts_in, unless_refused};
+use crate::console::robot::{self, HOMED, Pending, Robot, is_next, unless_refused};
 use crate::console::{Action, Command, Console, ConsoleError, Input, Target, execute};
 use crate::failure::Failure;
 use crate::journal::{Journal, News};
 use crate::reach::reach;
 use crate::words;
-use hil_sim::link::{Line, Link, Serial, recognise};
+use hil_sim::link::{HELLO, Line, Link, Serial, recognise};
+use hil_sim::run::{as_set, in_decimal};
 use protocol::message::{Refusal, SafetyState};
 use protocol::{HostMessage, Id, RobotMessage};
 use std::collections::VecDeque;
@@ -95,7 +96,9 @@ impl Session {
             }
             while let Some(input) = console.poll() {
                 match input {
-                    Input::Line(line) if self.is_next(&line, console) => self.line(line, console)?,
+                    Input::Line(line) if is_next(&line, self.pending, self.waiting.is_empty(), console.is_person()) => {
+                        self.line(line, console)?
+                    }
                     Input::Line(line) => self.waiting.push_back(line),
                     Input::End => listening = false,
                 }
@@ -108,12 +111,6 @@ impl Session {
             self.quit |= !listening && self.pending.is_none() && self.waiting.is_empty() && !duration.is_finite();
         }
         Ok(())
-    }
-
-    /// Whether a line is carried out now: it waits for no other, nor for the robot.
-    fn is_next(&self, line: &Result<Command, ConsoleError>, console: &Console) -> bool {
-        let is_first = self.waiting.is_empty();
-        (is_first && self.pending.is_none()) || cuts_in(line, console.is_person(), is_first)
     }
 
     fn heard(&mut self, message: &RobotMessage, console: &mut Console) -> Result<(), Failure> {
@@ -218,7 +215,7 @@ impl Target for Session {
 
     fn set(&mut self, id: Id, value: f64) -> Result<f64, String> {
         let held = self.parameter(id, &HostMessage::SetParameter { index: id.index(), value: value as f32 })?;
-        Ok(if value as f32 == held { value } else { in_decimal(held) })
+        Ok(as_set(held, value))
     }
 
     fn act(&mut self, action: Action) -> Result<String, String> {
@@ -249,9 +246,4 @@ impl Target for Session {
             }
         }
     }
-}
-
-/// A robot's single-precision value as a person would write it: its shortest decimal.
-fn in_decimal(held: f32) -> f64 {
-    held.to_string().parse().unwrap_or(f64::from(held))
 }

@@ -2,7 +2,7 @@
 
 use super::{Action, Command, ConsoleError};
 use crate::words;
-use hil_sim::link::{LinkError, explain, recognise};
+use hil_sim::link::{HELLO, LinkError, recognise};
 use protocol::message::{CalibrationPhase, CalibrationStep, SafetyState};
 use protocol::{HostMessage, RobotMessage};
 
@@ -52,9 +52,19 @@ impl Pending {
     }
 }
 
+/// Whether a line is carried out now: it is the first, with nothing of the robot's `pending`, or it cuts in.
+pub fn is_next(
+    line: &Result<Command, ConsoleError>,
+    pending: Option<Pending>,
+    is_first: bool,
+    is_person: bool,
+) -> bool {
+    (is_first && pending.is_none()) || cuts_in(line, is_person, is_first)
+}
+
 /// Whether a line is carried out at once, even if the robot has not come to the end of what it was set to. What a person types
 /// must not wait behind other lines; a script is carried out in its order, to the end.
-pub fn cuts_in(line: &Result<Command, ConsoleError>, is_person: bool, is_first: bool) -> bool {
+fn cuts_in(line: &Result<Command, ConsoleError>, is_person: bool, is_first: bool) -> bool {
     match line {
         Ok(Command::Act(Action::Quit)) => is_person,
         Ok(Command::Act(action)) => {
@@ -81,7 +91,7 @@ pub fn cuts_in(line: &Result<Command, ConsoleError>, is_person: bool, is_first: 
 /// The refusal, or no answer.
 pub fn unless_refused(answer: Result<RobotMessage, LinkError>) -> Result<RobotMessage, String> {
     match answer {
-        Ok(RobotMessage::Refused(refusal)) => Err(format!("the robot refuses: {}", explain(refusal))),
+        Ok(RobotMessage::Refused(refusal)) => Err(LinkError::Refused(refusal).to_string()),
         Ok(message) => Ok(message),
         Err(error) => Err(error.to_string()),
     }
@@ -112,9 +122,6 @@ pub fn act(action: Action, robot: &mut impl Robot, pending: &mut Option<Pending>
 
 /// What there is to say when the middle of both axes has been found.
 pub const HOMED: &str = "homed: the middle of both axes is known, and the weights rest there";
-
-/// The question who the robot is.
-pub const HELLO: HostMessage = HostMessage::Hello { version: protocol::VERSION, schema: protocol::SCHEMA };
 
 fn said(action: Action, answer: &RobotMessage, pending: &mut Option<Pending>) -> Result<String, String> {
     match (action, answer) {
