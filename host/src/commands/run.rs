@@ -101,7 +101,7 @@ fn line<S: Scalar>() -> Line<InProcess<S>> {
 /// The flash image on an emulated board, in the simulated body.
 #[cfg(feature = "virtual-board")]
 fn virtual_board(args: &SetupArgs, what: impl OverLink) -> Result<(), Failure> {
-    use crate::console::robot::HELLO;
+    use hil_sim::link::HELLO;
     use hil_sim::link::{Embodied, recognise};
     use hil_sim::setup::BodyKind;
     use hil_sim::virtual_board::VirtualBoard;
