@@ -1,5 +1,8 @@
 //! Runs for tests: an experiment, a seed and a few changes in, its records and measures out.
 
+#[cfg(feature = "virtual-board")]
+pub mod board;
+
 use firmware::{Robot, Scalar};
 use hil_sim::experiment::Experiment;
 use hil_sim::link::Direct;

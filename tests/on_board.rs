@@ -1,29 +1,116 @@
-//! The unmodified flash image on the virtual board.
+//! The unmodified flash images on the virtual board, in closed loop with the simulated barrel.
 
+use barrel_tests::board::{Bench, image, image_in_fixed_point, image_without_logs};
 use barrel_tests::setup;
-use hil_sim::link::Embodied;
+use firmware::Robot;
+use hil_sim::coupling::Coupling;
+use hil_sim::link::{Embodied, SoftBoard};
 use hil_sim::measure::Measures;
+use hil_sim::record::Record;
 use hil_sim::run::Run;
 use hil_sim::setup::BodyKind;
 use hil_sim::virtual_board::VirtualBoard;
-use std::path::PathBuf;
+use std::path::Path;
 
-fn image() -> PathBuf {
-    std::env::var_os("BARREL_FIRMWARE").expect("`cargo xtask test` builds the image and says where it is").into()
+fn start(image: &Path, seed: u64) -> Run<Embodied<VirtualBoard>> {
+    let board = VirtualBoard::power_on(image).expect("an image");
+    Run::start(setup("homeokinetic", BodyKind::Tabletop, seed, &[]), Embodied::new(board)).expect("starts")
+}
+
+fn measure(seconds: f64, mut step: impl FnMut() -> Record) -> Measures {
+    let mut measures = Measures::default();
+    let mut record = step();
+    while record.brain.t < seconds {
+        measures.add(&record);
+        record = step();
+    }
+    measures
+}
+
+/// The whole chain on the image and on the library, seed by seed.
+fn both(image: &Path, seeds: impl Iterator<Item = u64>, seconds: f64) -> Vec<[Measures; 2]> {
+    seeds
+        .map(|seed| {
+            let mut there = start(image, seed);
+            let there_measured = measure(seconds, || there.step().expect("goes on"));
+            assert_eq!(there.link_mut().lost(), 0);
+            let gaps = there.link_mut().board_mut().gaps().expect("goes on");
+            assert_eq!(gaps, Vec::<String>::new(), "what the emulator cannot do");
+            let setup = setup("homeokinetic", BodyKind::Tabletop, seed, &[]);
+            let library = SoftBoard::new(Robot::<f32>::default());
+            let mut here = Run::start(setup, Embodied::new(library)).expect("starts");
+            [there_measured, measure(seconds, || here.step().expect("goes on"))]
+        })
+        .collect()
+}
+
+/// The part by which `a` is off `b`.
+fn off(a: f64, b: f64) -> f64 {
+    (a - b).abs() / b.abs()
 }
 
 #[test]
-fn it_boots_homes_arms_leaves_rest_and_sweeps() {
-    let board = VirtualBoard::power_on(&image()).expect("an image");
-    let mut run = Run::start(setup("homeokinetic", BodyKind::Tabletop, 1, &[]), Embodied::new(board)).expect("starts");
-    let mut measures = Measures::default();
-    while run.time() < 60.0 {
-        let record = run.step().expect("goes on");
-        measures.add(&record);
+fn it_leaves_rest_and_sweeps_as_the_library_does_over_seeds() {
+    for (seed, [board, library]) in (1..).zip(both(&image_without_logs(), 1..=4, 50.0)) {
+        let left = [&board, &library].map(|m| m.left_rest().unwrap_or(f64::INFINITY));
+        // Until then both see the same noise; afterwards they part, as any two runs do that differ in a bit.
+        assert!((left[0] - left[1]).abs() < 1.0, "seed {seed}: left rest at {left:?} s");
+        let [(mean, most), (library_mean, library_most)] = [board.speed(), library.speed()];
+        assert!(off(mean, library_mean) < 0.2, "seed {seed}: mean speed {mean:.2} and {library_mean:.2} rad/s");
+        assert!(off(most, library_most) < 0.1, "seed {seed}: fastest {most:.2} and {library_most:.2} rad/s");
+        let turned = [&board, &library].map(|m| m.reversals().len());
+        assert!(turned[0].abs_diff(turned[1]) <= 1, "seed {seed}: turned back {turned:?} times");
     }
-    let left = measures.left_rest().unwrap_or(f64::INFINITY);
-    assert!(left < 60.0, "left rest at {left} s");
+}
+
+#[test]
+fn with_logs_it_boots_homes_arms_leaves_rest_and_sweeps() {
+    let mut run = start(&image(), 1);
+    let measures = measure(40.0, || run.step().expect("goes on"));
+    assert!(measures.left_rest().is_some(), "it stayed at rest");
     assert!(measures.turns() > 1.0, "{} turns", measures.turns());
-    assert_eq!(run.link_mut().lost(), 0);
-    assert_eq!(run.link_mut().board_mut().gaps().expect("goes on"), Vec::<String>::new());
+}
+
+#[test]
+fn in_fixed_point_it_leaves_rest_and_sweeps_too() {
+    let mut run = start(&image_in_fixed_point(), 1);
+    let measures = measure(40.0, || run.step().expect("goes on"));
+    assert!(measures.left_rest().is_some(), "it stayed at rest");
+    assert!(measures.turns() > 1.0, "{} turns", measures.turns());
+}
+
+#[test]
+fn two_runs_with_one_seed_are_equal_to_the_bit() {
+    let records = |seed| {
+        let mut run = start(&image(), seed);
+        let records: Vec<_> = (0..200).map(|_| run.step().expect("goes on")).collect();
+        let mut tape = Vec::new();
+        run.link_mut().drain_frames(&mut |_, bytes| tape.extend_from_slice(bytes));
+        (records, tape)
+    };
+    let first = records(3);
+    assert!(first == records(3), "the same seed gave another run");
+    assert!(first.0 != records(4).0, "another seed must show");
+}
+
+#[test]
+fn a_snapshot_taken_in_mid_run_resumes_identically() {
+    let mut bench = Bench::start(&image(), "homeokinetic", 2, &[("omega0", 2.0)]);
+    for _ in 0..100 {
+        bench.control_step();
+    }
+    let snapshot = bench.board().board.snapshot().expect("taken");
+    bench.board().kept = Some(Vec::new());
+    for _ in 0..200 {
+        bench.control_step();
+    }
+    let kept = bench.board().kept.take().expect("kept");
+    let mut resumed = VirtualBoard::resume(&image(), &snapshot).expect("resumes");
+    for (millisecond, (signals, to_robot, pins)) in kept.iter().enumerate() {
+        let again = resumed.step(signals, [to_robot, &[]]).expect("goes on");
+        assert_eq!(again, *pins, "differs {millisecond} ms after the snapshot");
+    }
+    assert!(kept.iter().any(|(_, _, pins)| pins.duty != [0.0; 2]), "nothing happened that could differ");
+    let other = VirtualBoard::resume(&image_without_logs(), &snapshot).expect_err("a snapshot of another image");
+    assert!(other.to_string().contains("firmware"), "{other}");
 }

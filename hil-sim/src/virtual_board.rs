@@ -66,6 +66,8 @@ pub struct Pins {
     pub from_robot: [Vec<u8>; 2],
     /// Instructions executed in it.
     pub instructions: u64,
+    /// Those from the reading of the encoders to the motors' new duties, if there was a servo tick.
+    pub servo_instructions: Option<u64>,
     /// Resets since power-on.
     pub resets: usize,
     /// The power has gone in the middle of a write, as [`VirtualBoard::cut_fram_after`] wanted.
@@ -125,7 +127,7 @@ impl VirtualBoard {
         VirtualBoard::begin(image, Emulator::start(image, fram, None))
     }
 
-    /// A board as it stood when the snapshot was taken. One more millisecond has passed, with the signals of then.
+    /// A board as it stood when the snapshot was taken.
     ///
     /// # Errors
     /// A snapshot of another image or board.

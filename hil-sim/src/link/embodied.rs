@@ -81,6 +81,13 @@ impl<B: Board> Embodied<B> {
         self.wire.lost() + self.wire.garbled()
     }
 
+    /// Says something to the robot without waiting for its answer.
+    pub fn send(&mut self, message: &HostMessage) {
+        let frame = self.wire.frame(message);
+        self.wire.sent(&frame);
+        self.outbox.extend_from_slice(&frame);
+    }
+
     /// One servo period of robot and world. Returns what the robot said in it besides telemetry and vitals.
     ///
     /// # Errors

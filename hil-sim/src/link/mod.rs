@@ -6,7 +6,7 @@
 //! [`Direct`] calls that robot's message handler without a wire in between, for sweeps and benchmarks.
 //!
 //! [`Embodied`] is the other kind: a [`Board`] whose own chips sense the simulated world. [`SoftBoard`] is the library itself
-//! as such a board.
+//! as such a board. [`Tethered`] makes a transport of a board that lies on the desk.
 
 mod direct;
 mod embodied;
@@ -14,6 +14,7 @@ mod in_process;
 mod line;
 pub mod serial;
 mod soft_board;
+mod tethered;
 mod wire;
 
 pub use direct::Direct;
@@ -22,6 +23,7 @@ pub use in_process::InProcess;
 pub use line::{Line, Transport};
 pub use serial::Serial;
 pub use soft_board::SoftBoard;
+pub use tethered::Tethered;
 pub use wire::{Direction, Wire};
 
 use core::fmt;

@@ -20,6 +20,10 @@ const STEP: u64 = 1_000_000;
 const TIM5_EGR: u64 = 0x4000_0C14;
 const TIM5_SR: u64 = 0x4000_0C10;
 const TIM5_DIER: u64 = 0x4000_0C0C;
+/// Counter of TIM4, the second encoder, the last one that a servo tick reads; compare register of TIM1's channel 1, the first
+/// motor, the first one that it writes.
+const TIM4_CNT: u64 = 0x4000_0824;
+const TIM1_CCR1: u64 = 0x4001_0034;
 
 /// What to do at a stop.
 pub enum Command {
@@ -127,14 +131,22 @@ fn emulate(
     let firmware = image::digest(&images, None);
     let board = Barrel::new(fram).map_err(|error| emulator(&error))?;
     let mut session = Session::new(Box::new(board), 0, VirtualNanos(STEP)).map_err(|error| emulator(&error))?;
-    let mut driver = LockStep { steps: 1, instructions: 0, resets: 0, stepped: true, firmware, commands, replies };
+    let mut driver = LockStep {
+        steps: 1,
+        instructions: 0,
+        sensed: None,
+        servo_instructions: None,
+        resets: 0,
+        stepped: true,
+        firmware,
+        commands,
+        replies,
+    };
     let mut start = Start::new(&images);
     let resume;
     if let Some(path) = snapshot {
         let snapshot = Snapshot::read(path).map_err(|error| emulator(&error))?;
         resume = snapshot.restore(&mut session, &firmware, &mut driver).map_err(|error| emulator(&error))?;
-        driver.steps += 1;
-        driver.stepped = true;
         session.run_until(VirtualNanos(driver.steps * STEP));
         start.resume = Some(&resume);
     }
@@ -147,6 +159,9 @@ struct LockStep {
     /// Milliseconds until the next stop, from the start.
     steps: u64,
     instructions: u64,
+    /// Instructions executed when the encoders were last read, since the start.
+    sensed: Option<u64>,
+    servo_instructions: Option<u64>,
     resets: usize,
     /// The last command was a step, and its pins are to be reported.
     stepped: bool,
@@ -157,11 +172,11 @@ struct LockStep {
 
 impl Store for LockStep {
     fn store(&self, to: &mut Writer) -> Result<(), snapshot::Error> {
-        to.put(&(self.steps, self.instructions, self.resets))
+        to.put(&(self.steps, self.instructions, self.sensed, self.servo_instructions, self.resets))
     }
 
     fn load(&mut self, from: &mut Reader) -> Result<(), snapshot::Error> {
-        (self.steps, self.instructions, self.resets) = from.take()?;
+        (self.steps, self.instructions, self.sensed, self.servo_instructions, self.resets) = from.take()?;
         Ok(())
     }
 }
@@ -171,10 +186,17 @@ impl Driver<Barrel> for LockStep {
     /// counter and the compare values all 0, which no chip does; the driver's period would be one ahead for good. The flags
     /// are cleared where the chip has none.
     fn on_settled(&mut self, session: &mut Session<Barrel>, _host: &mut dyn Host, settled: Settled) {
-        if let Settled::Access { access, .. } = settled
-            && access.address == TIM5_EGR
-        {
-            let _ = session.board_mut().mcu().write(access.virtual_time, TIM5_SR, Width::W32, 0);
+        let Settled::Access { access, .. } = settled else { return };
+        match access.address {
+            TIM5_EGR => {
+                let _ = session.board_mut().mcu().write(access.virtual_time, TIM5_SR, Width::W32, 0);
+            }
+            TIM4_CNT => self.sensed = Some(access.instruction_count),
+            TIM1_CCR1 => {
+                let sensed = self.sensed.take();
+                self.servo_instructions = sensed.map(|count| access.instruction_count - count);
+            }
+            _ => {}
         }
     }
 
@@ -263,6 +285,7 @@ impl LockStep {
             lamps: board.lamps(),
             from_robot: [0, 1].map(|which| std::mem::take(&mut board.wire(which).from_mcu)),
             instructions,
+            servo_instructions: self.servo_instructions.take(),
             resets,
             fram_cut: board.fram().is_cut(),
         }

@@ -1,0 +1,106 @@
+//! What the robot keeps without power, on the virtual board: after a cut at any moment it has the old record or the new one,
+//! and no motor is ever driven.
+
+use barrel_tests::board::{Bench, image};
+use hil_sim::coupling::Coupling;
+use protocol::message::{MemoryState, ResetCause};
+use protocol::{HostMessage, Id, RobotMessage};
+
+const OLD: f32 = 0.07;
+const NEW: f32 = 0.23;
+
+fn set(bench: &mut Bench, value: f32) {
+    let answer = bench.ask(HostMessage::SetParameter { index: Id::EpsA.index(), value });
+    assert_eq!(answer, RobotMessage::Parameter { index: Id::EpsA.index(), value });
+}
+
+fn get(bench: &mut Bench) -> f32 {
+    match bench.ask(HostMessage::GetParameter { index: Id::EpsA.index() }) {
+        RobotMessage::Parameter { value, .. } => value,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn power_cycle(bench: &mut Bench) -> MemoryState {
+    bench.board().board.power_cycle().expect("comes up again");
+    let identity = bench.hello();
+    assert_eq!(identity.reset, ResetCause::PowerOn);
+    identity.memory
+}
+
+#[test]
+fn parameters_outlive_resets_and_power_cycles_until_they_are_forgotten() {
+    let mut bench = Bench::power_on(&image(), "homeokinetic", 1, &[]);
+    assert_eq!(bench.hello().memory, MemoryState::Empty);
+    let default = get(&mut bench);
+    set(&mut bench, OLD);
+    assert_eq!(power_cycle(&mut bench), MemoryState::Empty);
+    assert_eq!(get(&mut bench), default, "what was not stored is gone");
+
+    set(&mut bench, OLD);
+    assert_eq!(bench.ask(HostMessage::Store), RobotMessage::Stored);
+    set(&mut bench, NEW);
+    bench.board().board.reset().expect("reset");
+    let identity = bench.hello();
+    assert_eq!((identity.reset, identity.memory), (ResetCause::Pin, MemoryState::Loaded));
+    assert_eq!(get(&mut bench), OLD);
+    assert_eq!(power_cycle(&mut bench), MemoryState::Loaded);
+    assert_eq!(get(&mut bench), OLD);
+
+    assert_eq!(bench.ask(HostMessage::Forget), RobotMessage::Stored);
+    assert_eq!(get(&mut bench), OLD, "what is in use stays so");
+    assert_eq!(power_cycle(&mut bench), MemoryState::Empty);
+    assert_eq!(get(&mut bench), default);
+    assert_eq!(bench.board().driven, 0, "nobody asked for the motors");
+}
+
+#[test]
+fn a_power_cut_in_the_middle_of_a_write_leaves_the_old_record_or_the_new_one() {
+    let mut bench = Bench::power_on(&image(), "homeokinetic", 1, &[]);
+    set(&mut bench, OLD);
+    assert_eq!(bench.ask(HostMessage::Store), RobotMessage::Stored);
+    let (mut old, mut new) = (0, 0);
+    // The whole record and beyond, in strides of a prime number; the library's own test cuts at every byte.
+    for after in (0..8).chain((8..480).step_by(37)) {
+        set(&mut bench, NEW);
+        bench.board().board.cut_fram_after(after).expect("will be cut");
+        let frame = bench.robot.request(&HostMessage::Store, &mut bench.world);
+        let cut = bench.board().pins.fram_cut;
+        if !cut {
+            assert_eq!(frame.expect("an answer").message, RobotMessage::Stored, "cut after {after} bytes");
+        }
+        let memory = power_cycle(&mut bench);
+        assert_eq!(memory, MemoryState::Loaded, "cut after {after} bytes");
+        let value = get(&mut bench);
+        match value {
+            OLD => old += 1,
+            NEW => new += 1,
+            _ => panic!("cut after {after} bytes it holds {value}"),
+        }
+        assert!(cut || value == NEW, "it said that it had stored it");
+        set(&mut bench, OLD);
+        assert_eq!(bench.ask(HostMessage::Store), RobotMessage::Stored);
+    }
+    assert!(old > 5 && new > 0, "{old} times the old record, {new} times the new one");
+    assert_eq!(bench.board().driven, 0, "nobody asked for the motors");
+}
+
+#[test]
+fn a_reset_in_the_middle_of_a_write_leaves_the_old_record_or_the_new_one() {
+    let mut bench = Bench::power_on(&image(), "homeokinetic", 1, &[]);
+    set(&mut bench, OLD);
+    assert_eq!(bench.ask(HostMessage::Store), RobotMessage::Stored);
+    for (round, milliseconds) in [1, 2, 3, 4, 6].into_iter().enumerate() {
+        let (before, after) = if round % 2 == 0 { (OLD, NEW) } else { (NEW, OLD) };
+        set(&mut bench, after);
+        bench.robot.send(&HostMessage::Store);
+        bench.pass(milliseconds);
+        bench.board().board.reset().expect("reset");
+        assert_eq!(bench.hello().memory, MemoryState::Loaded);
+        let value = get(&mut bench);
+        assert!(value == before || value == after, "after {milliseconds} ms it holds {value}");
+        set(&mut bench, after);
+        assert_eq!(bench.ask(HostMessage::Store), RobotMessage::Stored);
+    }
+    assert_eq!(bench.board().driven, 0, "nobody asked for the motors");
+}
