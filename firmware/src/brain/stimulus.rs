@@ -18,6 +18,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
 use super::settings::{OutOfRange, check_ranges};
+use super::sine::sine;
 use crate::scalar::Scalar;
 
 /// What the drive is made of. All are finite; [`Drive::check`] says which is not.
@@ -67,14 +68,16 @@ impl<W: Scalar> Drive<W> {
 
 /// The generator of the drive for `M` motors.
 ///
-/// The phase is counted in 2⁻⁶⁴ of a turn, so it is as exact after a week as at the start, and it
+/// The phase is counted in 2⁻⁶⁴ of a turn ([`super::sine`]), so it is as exact after a week as at the start, and it
 /// goes on where it is when the period changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stimulus<W: Scalar, const M: usize> {
     drive: Drive<W>,
     /// 2⁶⁴ / period.
     phase_step: u64,
+    /// Of the first motor, and from each to the next.
     phase: u64,
+    phase_shift: u64,
     /// `a` and `√(1 − a²)`.
     memory: W,
     innovation: W,
@@ -116,6 +119,9 @@ impl<W: Scalar, const M: usize> Stimulus<W, M> {
             // The cast saturates: a period of 1 is one turn less 2⁻⁶⁴.
             phase_step: (TURN / drive.period.to_f64()) as u64,
             phase: 0,
+            // ±1000 quarter turns in 2⁻³², then all in 2⁻⁶⁴ of a turn: whole turns fall out at the top. Dividing is exact here and
+            // saves the chip a routine of double precision, as there is one division already.
+            phase_shift: (((drive.phaseshift.to_f64() / QUARTER_TURN_UNIT) as i64) << 30).cast_unsigned(),
             memory,
             // Not 1 − a²: that cancels where a is close to 1. Neither factor is negative.
             innovation: ((W::one() - memory) * (W::one() + memory)).sqrt(),
@@ -145,14 +151,10 @@ impl<W: Scalar, const M: usize> Stimulus<W, M> {
         self.noise = Some(noise);
 
         let drive = &self.drive;
-        let turns_apart = drive.phaseshift.to_f64() / 4.0;
-        // Signed, so that the angle lies within ±π and keeps its digits in single precision.
-        let turns = phase.cast_signed() as f64 / TURN;
         SVector::from_fn(|i, _| {
-            let turn = turns + i as f64 * turns_apart;
-            let angle = W::from_f64((turn - libm::rint(turn)) * core::f64::consts::TAU);
+            let sine: W = sine(phase.wrapping_add((i as u64).wrapping_mul(self.phase_shift)));
             let noise = noise.get(i).copied().unwrap_or_else(W::zero);
-            (drive.amplitude * angle.sin() + drive.noise * noise).clamp_to(-W::one(), W::one())
+            (drive.amplitude * sine + drive.noise * noise).clamp_to(-W::one(), W::one())
         })
     }
 }
@@ -166,6 +168,8 @@ impl<W: Scalar, const M: usize> Default for Stimulus<W, M> {
 
 /// 2⁶⁴, one turn in units of the phase.
 const TURN: f64 = 18_446_744_073_709_551_616.0;
+/// 2⁻³².
+const QUARTER_TURN_UNIT: f64 = 1.0 / 4_294_967_296.0;
 
 /// A uniform number of mean 0 and variance 1, in ±√3, from 32 random bits. It passes through 24
 /// bits, exact in `f32`: the noise is the same in every scalar but for rounding.
