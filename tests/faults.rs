@@ -184,7 +184,7 @@ fn bytes_lost_and_garbled_on_the_line_cost_steps_of_the_record_and_nothing_of_th
     }
     assert!(missing > 5, "{missing} steps missing: the line was not bad enough to say anything");
     assert!(bench.robot.lost() >= missing, "{} counted, {missing} missing", bench.robot.lost());
-    for _ in 0..50 {
+    for _ in 0..300 {
         assert_eq!(bench.hello().state, SafetyState::Armed, "requests get through");
     }
     bench.board().lose_every = None;
