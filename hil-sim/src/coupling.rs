@@ -9,7 +9,7 @@ use crate::run::RunError;
 use crate::setup::BodyKind;
 use crate::world::{Command, World, parameter_messages};
 use firmware::timing::SERVO_TICKS;
-use protocol::message::SafetyState;
+use protocol::message::{SafetyState, Vitals};
 use protocol::{HostMessage, RobotMessage, Telemetry};
 
 /// One control step: the brain after it, and the world as it was when its sensors were read.
@@ -50,6 +50,9 @@ pub trait Coupling {
 
     /// Hands over every frame that went over the wire since the last call, in order. Empty where there is no wire.
     fn drain_frames(&mut self, sink: &mut dyn FnMut(Direction, &[u8]));
+
+    /// What the robot last said of itself. A robot without a board has nothing to say.
+    fn vitals(&self) -> Option<&Vitals>;
 }
 
 impl<L: Link> Coupling for L {
@@ -86,6 +89,10 @@ impl<L: Link> Coupling for L {
 
     fn drain_frames(&mut self, sink: &mut dyn FnMut(Direction, &[u8])) {
         Link::drain_frames(self, sink);
+    }
+
+    fn vitals(&self) -> Option<&Vitals> {
+        Link::vitals(self)
     }
 }
 

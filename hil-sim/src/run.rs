@@ -136,6 +136,11 @@ impl<C: Coupling> Run<C> {
         self.world.plant()
     }
 
+    /// The link, for what the robot says of itself.
+    pub fn link(&self) -> &C {
+        &self.link
+    }
+
     /// The link, for its tape.
     pub fn link_mut(&mut self) -> &mut C {
         &mut self.link

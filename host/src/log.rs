@@ -7,7 +7,7 @@
 //! | `/brain` | `json` | control step: [`crate::csv::BRAIN_COLUMNS`] |
 //! | `/plant` | `json` | control step: [`crate::csv::PLANT_COLUMNS`] and `t` |
 //! | `/events` | `json` | event: `t`, `kind`, `text` |
-//! | `/vitals` | `json` | second of a robot on a line: [`protocol::message::Vitals`] and `t`; not in runs |
+//! | `/vitals` | `json` | second of a robot on a line: [`protocol::message::Vitals`] and `t` |
 //!
 //! Times are virtual, in ns; in a run nothing comes from the wall clock, so one seed gives one file, byte for byte.
 //! Two metadata records stand in front: `run` (how to repeat it, versions) and `parameters` (all of them, at the start).

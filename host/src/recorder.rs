@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use protocol::Values;
+use protocol::message::Vitals;
 
 /// Which files are wanted, and where.
 #[derive(Clone, Debug, Default)]
@@ -94,6 +95,8 @@ pub struct Recorder {
     csv: Option<csv::Writer>,
     log: Option<log::Writer>,
     picture: Option<(PathBuf, plot::Title, Vec<Vec<f64>>)>,
+    /// The robot's vitals that were last recorded.
+    vitals: Option<Vitals>,
 }
 
 impl Recorder {
@@ -115,7 +118,7 @@ impl Recorder {
             }
             return Err(failure);
         }
-        let mut recorder = Recorder { csv: None, log: None, picture: None };
+        let mut recorder = Recorder { csv: None, log: None, picture: None, vitals: None };
         if let Some(path) = &places.csv {
             recorder.csv = Some(csv::Writer::create(path, true).map_err(Failure::bad)?);
         }
@@ -137,6 +140,10 @@ impl Recorder {
         self.frames(record.brain.t, link)?;
         if let Some(log) = &mut self.log {
             log.record(&record.brain, Some(&record.plant)).map_err(Failure::broken)?;
+            if let Some(vitals) = link.vitals().filter(|vitals| self.vitals.as_ref() != Some(vitals)) {
+                log.vitals(record.brain.t, vitals).map_err(Failure::broken)?;
+                self.vitals = Some(*vitals);
+            }
         }
         if let Some(csv) = &mut self.csv {
             csv.write(&record.brain, Some(&record.plant)).map_err(Failure::broken)?;

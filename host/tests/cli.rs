@@ -112,10 +112,11 @@ fn a_build_without_the_virtual_board_says_how_to_get_it() {
 
 #[cfg(feature = "virtual-board")]
 #[test]
-fn a_virtual_board_wants_its_body_and_an_image() {
-    let args = ["run", "homeokinetic", "--link", "virtual-board", "--firmware", "no-such.elf"];
-    refused(&args, &["--body tabletop"]);
-    refused(&[&args[..], &["--body", "tabletop"]].concat(), &["no-such.elf"]);
+fn a_virtual_board_wants_an_image() {
+    let args = ["run", "homeokinetic", "--link", "virtual-board", "--firmware"];
+    refused(&[&args[..], &["no-such.elf"]].concat(), &["no-such.elf"]);
+    // Something that is there for certain, and no image.
+    refused(&[&args[..], &[env!("CARGO_BIN_EXE_barrel")]].concat(), &["no flash image", "cargo xtask firmware"]);
 }
 
 #[test]

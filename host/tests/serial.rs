@@ -3,18 +3,14 @@
 
 mod bench;
 
-use bench::{BenchRobot, Mute, Noisy, Plugged, Satellites, Stranger, barrel, fail, succeed, text};
+use bench::{BenchRobot, Mute, Noisy, OVER_SERIAL, Plugged, Satellites, Stranger, fail, in_turn, succeed, talk};
 use firmware::Port;
 use protocol::RobotMessage;
 use protocol::message::{MemoryState, Precision, ResetCause, SafetyState};
 use std::fs;
-use std::io::Write;
 use std::path::Path;
-use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 use tempfile::TempDir;
-
-const OVER_SERIAL: [&str; 2] = ["--link", "serial:./robot"];
 
 fn read(folder: &Path, file: &str) -> String {
     fs::read_to_string(folder.join(file)).expect("readable")
@@ -141,29 +137,6 @@ fn a_robot_has_its_own_precision() {
     let said = fail(f, 2, &[&run[..], &["--precision", "f64"]].concat());
     assert!(said.contains("f32") && said.contains("--precision"), "{said}");
     succeed(f, &[&run[..], &["--precision", "f32"]].concat());
-}
-
-/// Types `script` into a console, which must end well, and returns what it said.
-fn talk(folder: &Path, args: &[&str], script: &str) -> String {
-    let mut child = barrel(folder, &[&["console"][..], &OVER_SERIAL, args].concat())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("barrel starts");
-    child.stdin.take().expect("piped").write_all(script.as_bytes()).expect("taken");
-    let output = child.wait_with_output().expect("ends");
-    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
-    text(&output.stdout)
-}
-
-/// Looks for all of `words` in what was said, one after the other.
-fn in_turn(said: &str, words: &[&str]) {
-    let mut rest = said;
-    for word in words {
-        let at = rest.find(word).unwrap_or_else(|| panic!("'{word}' is not said in its turn: {said}"));
-        rest = &rest[at + word.len()..];
-    }
 }
 
 #[test]

@@ -71,11 +71,6 @@ impl<B: Board> Embodied<B> {
         &mut self.board
     }
 
-    /// What the robot last said of itself.
-    pub fn vitals(&self) -> Option<&Vitals> {
-        self.vitals.as_ref()
-    }
-
     /// Frames of the robot that did not arrive or arrived garbled.
     pub fn lost(&self) -> u32 {
         self.wire.lost() + self.wire.garbled()
@@ -200,6 +195,10 @@ impl<B: Board> Coupling for Embodied<B> {
 
     fn drain_frames(&mut self, sink: &mut dyn FnMut(Direction, &[u8])) {
         self.wire.drain(sink);
+    }
+
+    fn vitals(&self) -> Option<&Vitals> {
+        self.vitals.as_ref()
     }
 }
 

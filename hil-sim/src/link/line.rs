@@ -1,6 +1,7 @@
 //! A robot at the other end of a line, over any transport of bytes: requests and answers in lock-step.
 
 use super::{Answer, Direction, Link, LinkError, Wire};
+use protocol::message::Vitals;
 use protocol::{FrameError, HostMessage, RobotMessage, Telemetry};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -34,6 +35,8 @@ pub struct Line<T> {
     input: VecDeque<u8>,
     /// What the robot said without being asked.
     unasked: VecDeque<RobotMessage>,
+    /// The last that were among them.
+    vitals: Option<Vitals>,
 }
 
 /// Unasked messages that are kept for [`Line::listen`]; older ones give way.
@@ -42,7 +45,7 @@ const KEPT: usize = 1024;
 impl<T: Transport> Line<T> {
     /// Speaks to the robot behind `transport`.
     pub fn new(transport: T) -> Self {
-        Line { transport, wire: Wire::default(), input: VecDeque::new(), unasked: VecDeque::new() }
+        Line { transport, wire: Wire::default(), input: VecDeque::new(), unasked: VecDeque::new(), vitals: None }
     }
 
     /// Frames of the robot that did not arrive.
@@ -149,6 +152,9 @@ impl<T: Transport> Line<T> {
     }
 
     fn keep(&mut self, message: RobotMessage) {
+        if let RobotMessage::Vitals(vitals) = message {
+            self.vitals = Some(vitals);
+        }
         if self.unasked.len() == KEPT {
             self.unasked.pop_front();
         }
@@ -202,5 +208,9 @@ impl<T: Transport> Link for Line<T> {
 
     fn drain_frames(&mut self, sink: &mut dyn FnMut(Direction, &[u8])) {
         self.wire.drain(sink);
+    }
+
+    fn vitals(&self) -> Option<&Vitals> {
+        self.vitals.as_ref()
     }
 }

@@ -27,7 +27,7 @@ pub use tethered::Tethered;
 pub use wire::{Direction, Wire};
 
 use core::fmt;
-use protocol::message::{MemoryState, Precision, Refusal, ResetCause, SafetyState};
+use protocol::message::{MemoryState, Precision, Refusal, ResetCause, SafetyState, Vitals};
 use protocol::{FrameError, HostMessage, RobotMessage, Telemetry};
 
 /// What the robot said to one request.
@@ -46,6 +46,11 @@ pub trait Link {
 
     /// Hands over every frame that went over the wire since the last call, in order. Empty where there is no wire.
     fn drain_frames(&mut self, _sink: &mut dyn FnMut(Direction, &[u8])) {}
+
+    /// What the robot last said of itself while it was asked something else.
+    fn vitals(&self) -> Option<&Vitals> {
+        None
+    }
 }
 
 /// Why a request got no answer.

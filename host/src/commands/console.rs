@@ -12,7 +12,7 @@ use hil_sim::coupling::Coupling;
 use hil_sim::measure::Measures;
 use hil_sim::run::Run;
 use hil_sim::setup::BodyKind;
-use protocol::message::SafetyState;
+use protocol::message::{SafetyState, Vitals};
 use protocol::{HostMessage, Id, RobotMessage};
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -222,6 +222,10 @@ impl<L: Coupling> Barrel<L> {
 impl<L: Coupling> Robot for Barrel<L> {
     fn ask(&mut self, message: &HostMessage) -> Result<RobotMessage, String> {
         unless_refused(self.run.ask(message).map(|answer| answer.message))
+    }
+
+    fn vitals(&self) -> Option<&Vitals> {
+        self.run.link().vitals()
     }
 }
 

@@ -11,7 +11,7 @@ use crate::reach::reach;
 use crate::words;
 use hil_sim::link::{HELLO, Line, Link, Serial, recognise};
 use hil_sim::run::{as_set, in_decimal};
-use protocol::message::{Refusal, SafetyState};
+use protocol::message::{Refusal, SafetyState, Vitals};
 use protocol::{HostMessage, Id, RobotMessage};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -206,6 +206,10 @@ impl Robot for Session {
     fn ask(&mut self, message: &HostMessage) -> Result<RobotMessage, String> {
         unless_refused(self.line.request(message).map(|answer| answer.message))
     }
+
+    fn vitals(&self) -> Option<&Vitals> {
+        self.journal.vitals()
+    }
 }
 
 impl Target for Session {
@@ -223,11 +227,6 @@ impl Target for Session {
         let done = robot::act(action, self, &mut pending);
         self.pending = pending;
         match (action, done) {
-            (Action::Status, Some(done)) => {
-                let mut lines = vec![done?];
-                lines.extend(self.journal.vitals().map(words::vitals).unwrap_or_default());
-                Ok(lines.join("\n"))
-            }
             (Action::Disarm, Some(done)) => {
                 let said = done?;
                 // With the sensors of a simulation it would sense nothing.

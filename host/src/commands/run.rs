@@ -98,32 +98,39 @@ fn line<S: Scalar>() -> Line<InProcess<S>> {
     Line::new(InProcess::new(Robot::default()))
 }
 
-/// The flash image on an emulated board, in the simulated body.
+/// The flash image on an emulated board: in the simulated body, whose sensors are chips; or on the desk, and the chapter's
+/// body, which measures its inclination itself, in frames.
 #[cfg(feature = "virtual-board")]
 fn virtual_board(args: &SetupArgs, what: impl OverLink) -> Result<(), Failure> {
-    use hil_sim::link::HELLO;
-    use hil_sim::link::{Embodied, recognise};
+    use hil_sim::link::{Embodied, HELLO, Tethered, hello, recognise};
     use hil_sim::setup::BodyKind;
     use hil_sim::virtual_board::VirtualBoard;
     use hil_sim::world::World;
 
-    let setup = args.setup()?;
-    if setup.body != BodyKind::Tabletop {
-        return Err(Failure::bad("the virtual board has the chips of the tabletop body: add --body tabletop"));
-    }
+    // What is wrong with the setup is said before an image is built.
+    let mut world = World::new(args.setup()?).map_err(Failure::bad)?;
     let image = crate::image::find(args.firmware.as_deref())?;
-    let mut link = Embodied::new(VirtualBoard::power_on(&image).map_err(Failure::bad)?);
-    let mut world = World::new(setup).map_err(Failure::bad)?;
-    let answer = link.request(&HELLO, &mut world).map_err(Failure::bad)?;
-    let identity = recognise(&answer.message).map_err(Failure::bad)?;
-    what.over(link, &About::checked(&identity, args.precision)?)
+    let board = VirtualBoard::power_on(&image).map_err(Failure::bad)?;
+    match world.setup().body {
+        BodyKind::Chapter => {
+            let mut line = Line::new(Tethered::new(board));
+            let identity = hello(&mut line).map_err(Failure::bad)?;
+            what.over(line, &About::checked(&identity, args.precision)?)
+        }
+        BodyKind::Tabletop => {
+            let mut body = Embodied::new(board);
+            let answer = body.request(&HELLO, &mut world).map_err(Failure::bad)?;
+            let identity = recognise(&answer.message).map_err(Failure::bad)?;
+            what.over(body, &About::checked(&identity, args.precision)?)
+        }
+    }
 }
 
 #[cfg(not(feature = "virtual-board"))]
 fn virtual_board(_: &SetupArgs, _: impl OverLink) -> Result<(), Failure> {
     Err(Failure::bad(
         "this `barrel` was built without the virtual board, whose emulator takes some minutes to compile: in the project's \
-         folder, `cargo virtual run … --link virtual-board --body tabletop` builds and runs one with it",
+         folder, `cargo virtual run … --link virtual-board` builds and runs one with it",
     ))
 }
 

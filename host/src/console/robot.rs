@@ -3,13 +3,16 @@
 use super::{Action, Command, ConsoleError};
 use crate::words;
 use hil_sim::link::{HELLO, LinkError, recognise};
-use protocol::message::{CalibrationPhase, CalibrationStep, SafetyState};
+use protocol::message::{CalibrationPhase, CalibrationStep, SafetyState, Vitals};
 use protocol::{HostMessage, RobotMessage};
 
 /// A robot that can be asked. Errors are sentences for people.
 pub trait Robot {
     /// Asks, and returns the answer; a refusal is an error.
     fn ask(&mut self, message: &HostMessage) -> Result<RobotMessage, String>;
+
+    /// What it last said of itself.
+    fn vitals(&self) -> Option<&Vitals>;
 }
 
 /// What a robot was set to and has not come to the end of.
@@ -117,7 +120,12 @@ pub fn act(action: Action, robot: &mut impl Robot, pending: &mut Option<Pending>
             return None;
         }
     };
-    Some(robot.ask(&message).and_then(|answer| said(action, &answer, pending)))
+    let mut answer = robot.ask(&message).and_then(|answer| said(action, &answer, pending));
+    if let (Action::Status, Ok(said), Some(vitals)) = (action, &mut answer, robot.vitals()) {
+        said.push('\n');
+        said.push_str(&words::vitals(vitals).join("\n"));
+    }
+    Some(answer)
 }
 
 /// What there is to say when the middle of both axes has been found.

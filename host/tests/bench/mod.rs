@@ -310,6 +310,9 @@ fn is_ready(far: &File, what: PollFlags) -> bool {
     happened.contains(what)
 }
 
+/// The link to what is plugged in as `robot`.
+pub const OVER_SERIAL: [&str; 2] = ["--link", "serial:./robot"];
+
 /// A `barrel` in `folder`, ready to be started.
 pub fn barrel(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_barrel"));
@@ -391,5 +394,28 @@ impl Running {
         let rest: Vec<String> = self.lines.iter().collect();
         assert!(status.success(), "{:#?} {rest:#?}", self.said);
         rest.join("\n")
+    }
+}
+
+/// Types `script` into a console, which must end well, and returns what it said.
+pub fn talk(folder: &Path, args: &[&str], script: &str) -> String {
+    let mut child = barrel(folder, &[&["console"][..], &OVER_SERIAL, args].concat())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("barrel starts");
+    child.stdin.take().expect("piped").write_all(script.as_bytes()).expect("taken");
+    let output = child.wait_with_output().expect("ends");
+    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Looks for all of `words` in what was said, one after the other.
+pub fn in_turn(said: &str, words: &[&str]) {
+    let mut rest = said;
+    for word in words {
+        let at = rest.find(word).unwrap_or_else(|| panic!("'{word}' is not said in its turn: {said}"));
+        rest = &rest[at + word.len()..];
     }
 }
