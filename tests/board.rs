@@ -8,7 +8,7 @@ use hil_sim::setup::BodyKind;
 use hil_sim::virtual_board::{Pins, Signals, VirtualBoard};
 use hil_sim::world::World;
 use object::{Object, ObjectSymbol};
-use protocol::message::Transducers;
+use protocol::message::{Transducers, Vitals};
 use protocol::{HostMessage, RobotMessage};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -180,6 +180,14 @@ impl Bench {
     /// If it does not answer.
     pub fn ask(&mut self, message: HostMessage) -> RobotMessage {
         self.robot.request(&message, &mut self.world).expect("an answer").message
+    }
+
+    /// What the robot has said of itself in the last second.
+    ///
+    /// # Panics
+    /// If it has not yet said anything.
+    pub fn vitals(&self) -> Vitals {
+        *self.robot.vitals().expect("they come once a second")
     }
 
     /// Asks the robot who it is and how it does.

@@ -145,14 +145,14 @@ fn a_transaction_that_is_lost_on_the_bus_is_missed_and_nothing_else() {
     let mut bench = rolling();
     bench.pass(1000);
     // While the sensor started, there was nothing to read.
-    let before = bench.robot.vitals().expect("once a second").imu_missed;
+    let before = bench.vitals().imu_missed;
     for lost in 1..=4 {
         bench.board().board.lose_imu(lost).expect("lost");
         bench.pass(500);
         assert_eq!(bench.hello().state, SafetyState::Armed, "{lost} in a row");
     }
     bench.pass(1000);
-    let missed = bench.robot.vitals().expect("once a second").imu_missed - before;
+    let missed = bench.vitals().imu_missed - before;
     assert!((1..=40).contains(&missed), "{missed} readings are missed");
 }
 
@@ -189,6 +189,6 @@ fn bytes_lost_and_garbled_on_the_line_cost_steps_of_the_record_and_nothing_of_th
     }
     bench.board().lose_every = None;
     bench.pass(1000);
-    let vitals = bench.robot.vitals().expect("once a second");
+    let vitals = bench.vitals();
     assert!(vitals.garbled > 0 && vitals.overruns == 0, "{vitals:?}");
 }

@@ -72,13 +72,13 @@ fn budget(name: &str) -> u64 {
 
 #[test]
 fn ticks_keep_to_their_budget() {
-    let mut table = format!("\n    {:<28}{:>13}{:>9}{:>13}{:>9}\n", "", "instructions", "budget", "", "");
+    let mut table = format!("\n    {:<34}{:>12}{:>9}\n", "", "instructions", "budget");
     let mut over = Vec::new();
     for (format, image) in [("f32", image_without_logs()), ("fixed", image_in_fixed_point())] {
         let mut row = |what: &str, name: &str, cost: u64, note: &str| {
             let most = budget(name);
             let mark = if cost > most { "  OVER" } else { "" };
-            writeln!(table, "    {:<28}{cost:>13}{most:>9}{mark}{note}", format!("{format}, {what}"))
+            writeln!(table, "    {:<34}{cost:>12}{most:>9}{mark}{note}", format!("{format}, {what}"))
                 .expect("a string");
             over.extend((cost > most).then(|| format!("{format}, {what}: {cost} of {most}")));
         };

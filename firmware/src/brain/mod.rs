@@ -34,7 +34,7 @@ pub mod linear;
 pub mod model;
 pub mod rule;
 pub mod settings;
-mod sine;
+pub mod sine;
 pub mod stimulus;
 
 use core::fmt;

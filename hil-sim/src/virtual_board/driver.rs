@@ -150,7 +150,10 @@ fn emulate(
         session.run_until(VirtualNanos(driver.steps * STEP));
         start.resume = Some(&resume);
     }
-    let mut finished = run(session, &start, driver).map_err(|error| emulator(&error))?;
+    let mut finished = run(session, &start, driver).map_err(|error| match error {
+        rigless::emulator::Error::Image(error) => BoardError::Image { path: path.into(), reason: error.to_string() },
+        error => emulator(&error),
+    })?;
     finished.session.take_error().map_or(Ok(()), |error| Err(emulator(&error)))
 }
 
