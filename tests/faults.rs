@@ -5,6 +5,8 @@ use barrel_tests::board::{Bench, image, image_without_logs, variable};
 use firmware::robot::BATTERY_LOW;
 use protocol::message::{FaultCode, Refusal, ResetCause, SafetyState};
 use protocol::{HostMessage, RobotMessage};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
 
 /// A robot that rolls under a fixed controller: its motors always have something to do.
 fn rolling() -> Bench {
@@ -154,6 +156,18 @@ fn a_transaction_that_is_lost_on_the_bus_is_missed_and_nothing_else() {
     bench.pass(1000);
     let missed = bench.vitals().imu_missed - before;
     assert!((1..=40).contains(&missed), "{missed} readings are missed");
+}
+
+#[test]
+fn bursts_of_lost_transactions_at_any_moment_are_ridden_out() {
+    let mut bench = rolling();
+    let mut random = Pcg32::seed_from_u64(5);
+    for _ in 0..1000 {
+        bench.board().board.lose_imu(3 + random.next_u32() % 2).expect("lost");
+        bench.pass(8 + random.next_u32() % 8);
+        assert_eq!(bench.control_step().telemetry.state, SafetyState::Armed);
+    }
+    assert!(bench.vitals().imu_missed > 3000, "{:?}", bench.vitals());
 }
 
 #[test]

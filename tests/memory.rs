@@ -3,7 +3,7 @@
 
 use barrel_tests::board::{Bench, image};
 use hil_sim::coupling::Coupling;
-use protocol::message::{MemoryState, ResetCause};
+use protocol::message::{MemoryState, Refusal, ResetCause};
 use protocol::{HostMessage, Id, RobotMessage};
 
 const OLD: f32 = 0.07;
@@ -83,6 +83,35 @@ fn a_power_cut_in_the_middle_of_a_write_leaves_the_old_record_or_the_new_one() {
     }
     assert!(old > 5 && new > 0, "{old} times the old record, {new} times the new one");
     assert_eq!(bench.board().driven, 0, "nobody asked for the motors");
+}
+
+#[test]
+fn what_is_lost_on_the_memorys_bus_is_written_again_or_admitted() {
+    let mut bench = Bench::power_on(&image(), "homeokinetic", 1, &[]);
+    set(&mut bench, OLD);
+    assert_eq!(bench.ask(HostMessage::Store), RobotMessage::Stored);
+    let (mut stored, mut refused) = (0, 0);
+    for lost in (1..12).chain([200]) {
+        set(&mut bench, NEW);
+        bench.board().board.lose_fram(lost).expect("lost");
+        let said_to_be = match bench.ask(HostMessage::Store) {
+            RobotMessage::Stored => {
+                stored += 1;
+                [NEW, NEW]
+            }
+            RobotMessage::Refused(Refusal::NoMemory) => {
+                refused += 1;
+                [OLD, NEW]
+            }
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(power_cycle(&mut bench), MemoryState::Loaded, "{lost} lost");
+        let value = get(&mut bench);
+        assert!(said_to_be.contains(&value), "{lost} lost: it holds {value}");
+        set(&mut bench, OLD);
+        assert_eq!(bench.ask(HostMessage::Store), RobotMessage::Stored);
+    }
+    assert!(stored > 0 && refused > 0, "{stored} times stored, {refused} times refused");
 }
 
 #[test]

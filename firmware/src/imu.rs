@@ -57,8 +57,9 @@ const AFTER_START: u8 = 60;
 const RETRY: u8 = 20;
 /// Readings between two looks at one of the settings.
 const LOOK: u16 = 500;
-/// Looks in a row at a setting that is wrong after which the chip is set up again.
-const DOUBTS: u8 = 3;
+/// Looks in a row at a setting that is wrong after which the chip is set up again: as many as make the sensor stale, so a burst
+/// of lost transactions that the robot can do without never ends in a set-up, which takes longer than that.
+const DOUBTS: u8 = 5;
 /// Ticks in a row without a new sample after which the chip is set up again.
 const PATIENCE: u8 = 20;
 

@@ -32,7 +32,7 @@ use crate::attitude::ImuCalibration;
 /// Bytes that the two slots take of the memory, from address 0.
 pub const MEMORY_BYTES: u16 = 2 * SLOT_DISTANCE;
 
-/// How often a slot is read before it counts as unreadable, and written before the memory counts as broken.
+/// How often a slot is read before it counts as blank or unreadable, and written before the memory counts as broken.
 pub const ATTEMPTS: usize = 3;
 
 const SLOT_DISTANCE: u16 = 0x400;
@@ -146,18 +146,17 @@ pub fn forget(memory: &mut impl Memory) -> Result<(), MemoryError> {
 
 fn replace(memory: &mut impl Memory, record: Option<&Record>) -> Result<(), MemoryError> {
     let mut images = [[0; IMAGE]; 2];
-    let slots = survey(memory, &mut images)?;
-    let (slot, sequence) = match newest(slots) {
-        Some(newest) => (1 - newest, sequence(&images[newest]).wrapping_add(1)),
-        None => (0, 0),
-    };
-    let [image, check] = &mut images;
-    let length = encode(record, sequence, image);
-    let address = address(slot);
+    let mut image = [0; IMAGE];
     for _ in 0..ATTEMPTS {
-        memory.write(address, &image[..length])?;
-        memory.read(address, &mut check[..length])?;
-        if image[..length] == check[..length] {
+        let (slot, sequence) = match newest(survey(memory, &mut images)?) {
+            Some(newest) => (1 - newest, sequence(&images[newest]).wrapping_add(1)),
+            None => (0, 0),
+        };
+        let length = encode(record, sequence, &mut image);
+        memory.write(address(slot), &image[..length])?;
+        // Not only that it is there: that it is what the next start will find. A bus that lost what was read before the write
+        // has made an old number of it.
+        if newest(survey(memory, &mut images)?) == Some(slot) && images[slot][..length] == image[..length] {
             return Ok(());
         }
     }
@@ -186,7 +185,8 @@ fn survey(memory: &mut impl Memory, images: &mut [Image; 2]) -> Result<[Slot; 2]
         for _ in 0..ATTEMPTS {
             memory.read(address(i), image)?;
             slots[i] = judge(image);
-            if slots[i] != Slot::Unreadable {
+            // Also what looks blank is read again: so does a bus that nobody answers on.
+            if matches!(slots[i], Slot::Valid(_)) {
                 break;
             }
         }

@@ -206,6 +206,14 @@ impl VirtualBoard {
         self.emulator.ask(Command::LoseImu(transactions)).map(|_| ())
     }
 
+    /// Loses the next so many transactions with the FRAM.
+    ///
+    /// # Errors
+    /// An emulator that gave up.
+    pub fn lose_fram(&mut self, transactions: u32) -> Result<(), BoardError> {
+        self.emulator.ask(Command::LoseFram(transactions)).map(|_| ())
+    }
+
     /// Stops the clock that the firmware's tasks wait for, as if it hung.
     ///
     /// # Errors

@@ -96,7 +96,16 @@ impl Barrel {
 
     /// Loses the next so many transactions with the inertial sensor.
     pub fn lose_imu(&mut self, transactions: u32) {
-        if let Some(place) = self.mcu.spi[IMU_BUS].place_mut(0) {
+        self.lose(IMU_BUS, transactions);
+    }
+
+    /// Loses the next so many transactions with the FRAM.
+    pub fn lose_fram(&mut self, transactions: u32) {
+        self.lose(FRAM_BUS, transactions);
+    }
+
+    fn lose(&mut self, bus: usize, transactions: u32) {
+        if let Some(place) = self.mcu.spi[bus].place_mut(0) {
             (0..transactions).for_each(|_| place.drop_next());
         }
     }

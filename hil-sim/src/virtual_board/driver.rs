@@ -35,6 +35,8 @@ pub enum Command {
     Reset,
     /// Lose so many transactions with the inertial sensor.
     LoseImu(u32),
+    /// Lose so many transactions with the FRAM.
+    LoseFram(u32),
     /// Take the power from the FRAM after so many bytes written.
     CutFram(u32),
     /// What the FRAM holds.
@@ -230,6 +232,10 @@ impl Driver<Barrel> for LockStep {
                 }
                 Command::LoseImu(count) => {
                     session.board_mut().lose_imu(count);
+                    Reply::Done
+                }
+                Command::LoseFram(count) => {
+                    session.board_mut().lose_fram(count);
                     Reply::Done
                 }
                 Command::CutFram(bytes) => {
