@@ -25,13 +25,15 @@ struct Chip {
     torn: Option<u8>,
     /// One transfer of so many has a bit flipped.
     garbles: Option<u32>,
+    /// The next so many transfers are lost: what is read is all ones.
+    lost: u32,
     random: Pcg32,
 }
 
 impl Chip {
     fn new(fill: u8) -> Self {
         let bytes = vec![fill; usize::from(MEMORY_BYTES)];
-        Chip { bytes, supply: None, torn: None, garbles: None, random: Pcg32::seed_from_u64(7) }
+        Chip { bytes, supply: None, torn: None, garbles: None, lost: 0, random: Pcg32::seed_from_u64(7) }
     }
 
     fn cut_after(&self, supply: usize, torn: Option<u8>) -> Self {
@@ -41,6 +43,12 @@ impl Chip {
     fn powered_again(mut self) -> Self {
         (self.supply, self.torn) = (None, None);
         self
+    }
+
+    fn is_lost(&mut self) -> bool {
+        let lost = self.lost > 0;
+        self.lost = self.lost.saturating_sub(1);
+        lost
     }
 
     fn garble(&mut self, bytes: &mut [u8]) {
@@ -59,11 +67,17 @@ impl Memory for Chip {
         let from = usize::from(address);
         let held = self.bytes.get(from..from + buffer.len()).ok_or(MemoryError::OutOfBounds)?;
         buffer.copy_from_slice(held);
+        if self.is_lost() {
+            buffer.fill(0xFF);
+        }
         self.garble(buffer);
         Ok(())
     }
 
     fn write(&mut self, address: u16, bytes: &[u8]) -> Result<(), MemoryError> {
+        if self.is_lost() {
+            return Ok(());
+        }
         let mut bytes = bytes.to_vec();
         self.garble(&mut bytes);
         for (i, byte) in bytes.into_iter().enumerate() {
@@ -433,4 +447,31 @@ proptest! {
         save(&mut chip, &record(1)).expect("a sound memory");
         prop_assert_eq!(load(&mut chip), loaded(&record(1)));
     }
+}
+
+#[test]
+fn what_is_said_to_be_saved_is_loaded_whatever_transfers_were_lost() {
+    let (old, new) = (record(1), record(2));
+    let (mut saved, mut refused) = (0, 0);
+    for first in 0..2 {
+        for lost in 0..50 {
+            let mut chip = Chip::new(0);
+            // The valid record is in the one slot or in the other.
+            for _ in 0..=first {
+                save(&mut chip, &old).expect("saved");
+            }
+            chip.lost = lost;
+            let said = save(&mut chip, &new);
+            chip.lost = 0;
+            let found = load(&mut chip);
+            if said.is_ok() {
+                saved += 1;
+                assert_eq!(found, loaded(&new), "{lost} lost");
+            } else {
+                refused += 1;
+                assert!(found == loaded(&old) || found == loaded(&new), "{lost} lost: {:?}", found.0);
+            }
+        }
+    }
+    assert!(saved > 10 && refused > 10, "{saved} times saved, {refused} times refused");
 }
