@@ -1,7 +1,7 @@
 //! The images on the virtual board, for tests: where they are, and a bench with a board on it whose pins are watched and whose
 //! surroundings can be changed.
 
-use crate::setup;
+use crate::{BadLine, setup};
 use hil_sim::coupling::{Coupling, Step};
 use hil_sim::link::{Board, Embodied, HELLO, Identity, LinkError, recognise};
 use hil_sim::setup::BodyKind;
@@ -59,7 +59,7 @@ pub fn variable(image: &Path, name: &str) -> Range<u32> {
     word(symbol.address())..word(symbol.address() + symbol.size())
 }
 
-/// A board whose pins are watched, with bytes that get lost on its line if it is told so.
+/// A board whose pins are watched, and whose line can be a bad one.
 #[derive(Debug)]
 pub struct Watched {
     /// The board.
@@ -70,9 +70,8 @@ pub struct Watched {
     pub pins: Pins,
     /// Milliseconds in which a motor pin carried something or the drivers were enabled, since this was last set to 0.
     pub driven: u32,
-    /// Every so many-th byte on the line is lost, and every seventh after one garbled.
-    pub lose_every: Option<u32>,
-    bytes: u32,
+    /// Its line, where that is a bad one.
+    pub line: Option<BadLine>,
     /// What it was told and what came of it, where that is kept.
     pub kept: Option<Vec<Exchange>>,
 }
@@ -84,21 +83,11 @@ impl Watched {
     /// Watches a board.
     pub fn new(board: VirtualBoard) -> Self {
         let (around, pins) = (Signals::default(), Pins::default());
-        Watched { board, around, pins, driven: 0, lose_every: None, bytes: 0, kept: None }
+        Watched { board, around, pins, driven: 0, line: None, kept: None }
     }
 
-    fn spoilt(&mut self, bytes: &[u8]) -> Vec<u8> {
-        let Some(every) = self.lose_every else { return bytes.to_vec() };
-        let mut arrived = Vec::new();
-        for &byte in bytes {
-            self.bytes += 1;
-            match self.bytes % every {
-                0 => {}
-                7 => arrived.push(byte ^ 0x10),
-                _ => arrived.push(byte),
-            }
-        }
-        arrived
+    fn carry(&mut self, bytes: &[u8]) -> Vec<u8> {
+        self.line.as_mut().map_or_else(|| bytes.to_vec(), |line| line.carry(bytes))
     }
 }
 
@@ -106,13 +95,12 @@ impl Board for Watched {
     fn tick(&mut self, sensed: &Transducers, to: &[u8], from: &mut Vec<u8>) -> Result<[f32; 2], LinkError> {
         let Transducers { accelerometer, gyroscope, encoder } = *sensed;
         let signals = Signals { accelerometer, gyroscope, encoder, ..self.around };
-        let to = self.spoilt(to);
+        let to = self.carry(to);
         let pins = self.board.step(&signals, [&to, &[]])?;
         if let Some(kept) = &mut self.kept {
             kept.push((signals, to, pins.clone()));
         }
-        let said = self.spoilt(&pins.from_robot[0]);
-        from.extend(said);
+        from.extend(self.carry(&pins.from_robot[0]));
         self.driven += u32::from(pins.enabled || pins.pwm != [0.0; 2]);
         self.pins = pins;
         Ok(self.pins.duty)

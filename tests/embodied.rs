@@ -1,6 +1,6 @@
 //! The robot on its own sensors, in the body: the library as a board, so that what fails here is not the hardware's doing.
 
-use barrel_tests::setup;
+use barrel_tests::{BadLine, setup};
 use firmware::Robot;
 use hil_sim::coupling::Coupling;
 use hil_sim::link::{Board, Direction, Embodied, LinkError, SoftBoard};
@@ -94,31 +94,15 @@ fn its_log_replays_bit_for_bit() {
 /// A board at the end of a line that loses and changes bytes, both ways.
 struct Lossy {
     board: SoftBoard<f32>,
-    count: u32,
-    every: u32,
-}
-
-impl Lossy {
-    fn spoil(&mut self, bytes: &[u8]) -> Vec<u8> {
-        let mut arrived = Vec::new();
-        for &byte in bytes {
-            self.count += 1;
-            match self.count % self.every {
-                0 => {}
-                7 => arrived.push(byte ^ 0x10),
-                _ => arrived.push(byte),
-            }
-        }
-        arrived
-    }
+    line: BadLine,
 }
 
 impl Board for Lossy {
     fn tick(&mut self, sensed: &Transducers, to: &[u8], from: &mut Vec<u8>) -> Result<[f32; 2], LinkError> {
-        let to = self.spoil(to);
+        let to = self.line.carry(to);
         let mut said = Vec::new();
         let duty = self.board.tick(sensed, &to, &mut said)?;
-        from.extend(self.spoil(&said));
+        from.extend(self.line.carry(&said));
         Ok(duty)
     }
 }
@@ -126,7 +110,7 @@ impl Board for Lossy {
 #[test]
 fn bytes_lost_on_the_line_cost_steps_of_the_record_and_nothing_of_the_run() {
     let mut clean = start(1, board());
-    let mut lossy = start(1, Lossy { board: board(), count: 0, every: 1009 });
+    let mut lossy = start(1, Lossy { board: board(), line: BadLine::losing(1009) });
     let kept: Vec<_> = (0..400).map(|_| clean.step().expect("goes on")).collect();
     let mut missing = 0;
     let mut last = -0.02;

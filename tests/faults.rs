@@ -1,6 +1,7 @@
 //! What goes wrong on the board, and what becomes of it: the motors are off, the robot says why, and it can be taken into use
 //! again.
 
+use barrel_tests::BadLine;
 use barrel_tests::board::{Bench, image, image_without_logs, variable};
 use firmware::robot::BATTERY_LOW;
 use protocol::message::{FaultCode, Refusal, ResetCause, SafetyState};
@@ -186,7 +187,7 @@ fn an_inertial_sensor_that_falls_silent_stops_it_and_is_used_again_when_it_answe
 #[test]
 fn bytes_lost_and_garbled_on_the_line_cost_steps_of_the_record_and_nothing_of_the_run() {
     let mut bench = rolling();
-    bench.board().lose_every = Some(397);
+    bench.board().line = Some(BadLine::losing(397));
     let mut missing = 0;
     let mut last = bench.control_step().telemetry.tick;
     for _ in 0..500 {
@@ -201,7 +202,7 @@ fn bytes_lost_and_garbled_on_the_line_cost_steps_of_the_record_and_nothing_of_th
     for _ in 0..300 {
         assert_eq!(bench.hello().state, SafetyState::Armed, "requests get through");
     }
-    bench.board().lose_every = None;
+    bench.board().line = None;
     bench.pass(1000);
     let vitals = bench.vitals();
     assert!(vitals.garbled > 0 && vitals.overruns == 0, "{vitals:?}");

@@ -12,6 +12,35 @@ use hil_sim::run::Run;
 use hil_sim::setup::{BodyKind, Push, Setup};
 use protocol::Id;
 
+/// A line that loses bytes and changes some, the same ones every time.
+#[derive(Clone, Debug)]
+pub struct BadLine {
+    /// Every so many-th byte is lost, and the seventh after each is changed.
+    every: u32,
+    bytes: u32,
+}
+
+impl BadLine {
+    /// A line that loses every so many-th byte.
+    pub fn losing(every: u32) -> Self {
+        BadLine { every, bytes: 0 }
+    }
+
+    /// What arrives of these bytes.
+    pub fn carry(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut arrived = Vec::new();
+        for &byte in bytes {
+            self.bytes += 1;
+            match self.bytes % self.every {
+                0 => {}
+                7 => arrived.push(byte ^ 0x10),
+                _ => arrived.push(byte),
+            }
+        }
+        arrived
+    }
+}
+
 /// An experiment on a body, with parameters by name.
 ///
 /// # Panics

@@ -14,7 +14,7 @@ pub struct Tethered<B> {
     board: B,
     /// On their way to the robot.
     outbox: Vec<u8>,
-    /// Servo periods since the last request.
+    /// Servo periods since the last request, or since one was given up.
     waited: u32,
 }
 
@@ -46,6 +46,7 @@ impl<B: Board> Transport for Tethered<B> {
                 return Ok(());
             }
         }
+        self.waited = 0;
         Err(LinkError::NoAnswer)
     }
 }
