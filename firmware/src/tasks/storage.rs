@@ -1,5 +1,5 @@
-//! Keeps parameters and calibration in the FRAM: read once at the start, written when a host asks for it. The memory takes
-//! half a millisecond for a record and runs on a bus of its own, so the servo does not notice.
+//! Keeps parameters and calibration in the FRAM: read once at the start, written when a host asks for it. Writing
+//! and reading back takes some milliseconds on a bus of its own, below the servo, which does not notice.
 
 use firmware::fram::Fram;
 use firmware::robot::Errand;

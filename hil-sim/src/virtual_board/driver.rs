@@ -187,9 +187,9 @@ impl Store for LockStep {
 }
 
 impl Driver<Barrel> for LockStep {
-    /// The timer's model raises its compare flags when embassy's time driver loads its registers at the start, with the
-    /// counter and the compare values all 0, which no chip does; the driver's period would be one ahead for good. The flags
-    /// are cleared where the chip has none.
+    /// Counts the instructions of the servo tick, and mends one thing: the timer's model raises its compare flags when embassy's
+    /// time driver loads its registers at the start, with the counter and the compare values all 0, which no chip does; the
+    /// driver's period would be one ahead for good. The flags are cleared where the chip has none.
     fn on_settled(&mut self, session: &mut Session<Barrel>, _host: &mut dyn Host, settled: Settled) {
         let Settled::Access { access, .. } = settled else { return };
         match access.address {
