@@ -1,5 +1,5 @@
-//! The memory of parameters and calibration: an FM25V02, 32 KiB of ferroelectric RAM on SPI (Cypress 001-84494, revision
-//! G).
+//! The memory of parameters and calibration: an FM25V02, 32 KiB of ferroelectric RAM on SPI (Cypress 001-84494,
+//! revision G), or the FM25V02A that replaces it and differs, for a driver, in its ID only (Cypress KBA96042).
 //!
 //! It writes at the speed of the bus, byte by byte as they arrive, without an erase and without ever being busy; a
 //! power cut leaves what had arrived ([`crate::storage`] reckons with that). SPI mode 0 or 3, up to 40 MHz; it may be
@@ -12,8 +12,10 @@ use crate::storage::{ATTEMPTS, Memory, MemoryError};
 /// Bytes in the chip.
 pub const SIZE: u16 = 0x8000;
 
-/// What the chip answers to RDID (table 6): six continuation codes, the maker, family and density, revision.
-pub const DEVICE_ID: [u8; 9] = [0x7F, 0x7F, 0x7F, 0x7F, 0x7F, 0x7F, 0xC2, 0x22, 0x00];
+/// What the chip answers to RDID (table 6): six continuation codes, the maker, family and density; a revision follows.
+pub const DEVICE_ID: [u8; 8] = [0x7F, 0x7F, 0x7F, 0x7F, 0x7F, 0x7F, 0xC2, 0x22];
+/// Revisions that the driver knows: FM25V02 and FM25V02A.
+pub const REVISIONS: [u8; 2] = [0x00, 0x08];
 
 /// Opcodes, table 1.
 const WREN: u8 = 0x06;
@@ -40,9 +42,10 @@ impl<SPI: SpiDevice> Fram<SPI> {
     pub fn probe(spi: SPI) -> Result<Self, MemoryError> {
         let mut fram = Fram { spi };
         for _ in 0..ATTEMPTS {
-            let mut id = [0; DEVICE_ID.len()];
-            fram.run(&mut [Operation::Write(&[RDID]), Operation::Read(&mut id)])?;
-            if id == DEVICE_ID {
+            let mut answer = [0; DEVICE_ID.len() + 1];
+            fram.run(&mut [Operation::Write(&[RDID]), Operation::Read(&mut answer)])?;
+            let [id @ .., revision] = answer;
+            if id == DEVICE_ID && REVISIONS.contains(&revision) {
                 return Ok(fram);
             }
         }

@@ -4,28 +4,36 @@
 //! whenever the power goes; which one is newer is told by a sequence number, and whether one is whole by a checksum.
 //! What is read after a cut is therefore the record before it or the record after it.
 //!
+//! It is an FRAM and not the chip's own flash, because that must be erased by sectors: the smallest takes a quarter to
+//! half a second (16 KiB; STM32F429 data sheet), and a core that reads from the same bank stalls meanwhile (RM0090),
+//! for hundreds of servo ticks. Flash also wears out, and a power cut during an erase leaves nothing to rely on. An
+//! FRAM takes bytes at the speed of its bus, without an erase, and the virtual board has a model of it, so that cuts in
+//! the middle of a write are tested on the whole firmware.
+//!
 //! One slot, numbers little endian:
 //!
 //! ```text
 //! offset  bytes
 //!      0      4  magic, "brl1"
-//!      4      8  protocol::SCHEMA of the firmware that wrote it
-//!     12      4  sequence number: one more than that of the other slot, wraps
-//!     16      2  length of the payload: 4 · (parameters + 24), or 0: nothing is stored, the defaults are in use
-//!     18      …  payload: f32 each, bits kept exactly
+//!      4      8  protocol::parameter::LAYOUT of the firmware that wrote it: which parameters, in which order
+//!     12      2  layout of the calibration: 1
+//!     14      4  sequence number: one more than that of the other slot, wraps
+//!     18      2  length of the payload: 4 · (parameters + 24), or 0: nothing is stored, the defaults are in use
+//!     20      …  payload: f32 each, bits kept exactly
 //!                  every parameter, in the order of protocol::parameter::TABLE
 //!                  accelerometer bias (3), scale (3); gyroscope bias (3), scale (3)
 //!                  mounting (9), column by column; position (3)
-//!   18+l      4  CRC-32/ISO-HDLC of all the bytes before
+//!   20+l      4  CRC-32/ISO-HDLC of all the bytes before
 //! ```
 //!
-//! A slot is refused if anything in it is not as it should be: magic, length, checksum, a SCHEMA that is not this
-//! firmware's, a number that is not finite or out of its range. Reads and writes are tried [`ATTEMPTS`] times, since a
-//! bus may garble one.
+//! A slot is refused if anything in it is not as it should be: magic, length, checksum, a layout that is not this
+//! firmware's, a number that is not finite or out of its range. The layouts say what the payload means and nothing more:
+//! a calibration outlives a change of the messages. Reads and writes are tried [`ATTEMPTS`] times, since a bus may garble
+//! one.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use protocol::message::MemoryState;
-use protocol::parameter::{BOUNDS, COUNT, Kind};
+use protocol::message::{MemoryState, Refusal};
+use protocol::parameter::{BOUNDS, COUNT, Kind, LAYOUT};
 
 use crate::attitude::ImuCalibration;
 
@@ -37,9 +45,13 @@ pub const ATTEMPTS: usize = 3;
 
 const SLOT_DISTANCE: u16 = 0x400;
 const MAGIC: [u8; 4] = *b"brl1";
+/// To be raised when the calibration's numbers become others, or mean something else.
+const CALIBRATION_LAYOUT: u16 = 1;
 const CALIBRATION_NUMBERS: usize = 24;
 const PAYLOAD: usize = 4 * (COUNT + CALIBRATION_NUMBERS);
-const HEADER: usize = 18;
+const HEADER: usize = 20;
+const LENGTH: usize = HEADER - 2;
+const SEQUENCE: usize = LENGTH - 4;
 const CRC_BYTES: usize = 4;
 const IMAGE: usize = HEADER + PAYLOAD + CRC_BYTES;
 const _: () = assert!(IMAGE <= SLOT_DISTANCE as usize);
@@ -72,17 +84,27 @@ pub enum MemoryError {
     NoAnswer,
     /// The memory does not reach that far.
     OutOfBounds,
-    /// It answers, but what was written is not there.
+    /// It answers, but what was to be written is not there.
     NotWritten,
     /// The record itself is wrong: a number is not finite or out of its range. Nothing was written.
     BadRecord,
 }
 
+impl From<MemoryError> for Refusal {
+    /// What a host is told.
+    fn from(error: MemoryError) -> Self {
+        match error {
+            MemoryError::BadRecord => Refusal::BadValue,
+            MemoryError::NoAnswer | MemoryError::OutOfBounds | MemoryError::NotWritten => Refusal::NoMemory,
+        }
+    }
+}
+
 /// What is worth keeping over a power cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Every parameter, in the order of [`protocol::parameter::TABLE`]. Those of the simulator are kept, too, so that a parameter's place is
-    /// its index.
+    /// Every parameter, in the order of [`protocol::parameter::TABLE`]. Those of the simulator are kept, too, so that a
+    /// parameter's place is its index.
     pub parameters: [f32; COUNT],
     /// Calibration of the inertial sensor.
     pub calibration: ImuCalibration,
@@ -147,20 +169,48 @@ pub fn forget(memory: &mut impl Memory) -> Result<(), MemoryError> {
 fn replace(memory: &mut impl Memory, record: Option<&Record>) -> Result<(), MemoryError> {
     let mut images = [[0; IMAGE]; 2];
     let mut image = [0; IMAGE];
+    let mut held = false;
     for _ in 0..ATTEMPTS {
-        let (slot, sequence) = match newest(survey(memory, &mut images)?) {
-            Some(newest) => (1 - newest, sequence(&images[newest]).wrapping_add(1)),
-            None => (0, 0),
-        };
+        let Some((slot, sequence)) = choose(memory, &mut images, &mut held)? else { continue };
         let length = encode(record, sequence, &mut image);
         memory.write(address(slot), &image[..length])?;
-        // Not only that it is there: that it is what the next start will find. A bus that lost what was read before the write
-        // has made an old number of it.
+        // Not only that it is there: that it is what the next start will find. A bus that lost what was read before the
+        // write has made an old number of it.
         if newest(survey(memory, &mut images)?) == Some(slot) && images[slot][..length] == image[..length] {
             return Ok(());
         }
     }
     Err(MemoryError::NotWritten)
+}
+
+/// The slot to write and its sequence number; `None` if the bus is too bad to tell.
+///
+/// Of two valid slots it is the older one. A slot that is not valid may be torn, or the newest record, misread: it is
+/// written only after two surveys in a row that found the same in both slots. What is torn is the same every time, what
+/// a bus garbles is not. Lost reads are the same, too, but the slots are read in turn: a burst that hides one of them
+/// twice hides the other in between. The memory then looks empty, which is not believed once something valid was seen
+/// in it (`held`), as a write leaves one valid slot alone. There remains a burst of nine lost reads or more that begins
+/// before anything valid is read: no reading tells such a memory from an empty one.
+fn choose(
+    memory: &mut impl Memory,
+    images: &mut [Image; 2],
+    held: &mut bool,
+) -> Result<Option<(usize, u32)>, MemoryError> {
+    let mut before = None;
+    for _ in 0..=ATTEMPTS {
+        let slots = survey(memory, images)?;
+        let newest = newest(slots);
+        *held |= newest.is_some();
+        let agreed = before == Some(slots) && newest.is_some() == *held;
+        if agreed || matches!(slots, [Slot::Valid(_), Slot::Valid(_)]) {
+            return Ok(Some(match newest {
+                Some(newest) => (1 - newest, sequence(&images[newest]).wrapping_add(1)),
+                None => (0, 0),
+            }));
+        }
+        before = Some(slots);
+    }
+    Ok(None)
 }
 
 fn address(slot: usize) -> u16 {
@@ -172,15 +222,15 @@ fn address(slot: usize) -> u16 {
 enum Slot {
     /// All zeros or all ones: it was never written.
     Blank,
-    /// Garbage, or of another firmware.
-    Unreadable,
+    /// Garbage, or of another layout; with a checksum of all that was read.
+    Unreadable(u32),
     /// Something valid, under this sequence number.
     Valid(u32),
 }
 
 /// Reads both slots.
 fn survey(memory: &mut impl Memory, images: &mut [Image; 2]) -> Result<[Slot; 2], MemoryError> {
-    let mut slots = [Slot::Unreadable; 2];
+    let mut slots = [Slot::Blank; 2];
     for (i, image) in images.iter_mut().enumerate() {
         for _ in 0..ATTEMPTS {
             memory.read(address(i), image)?;
@@ -199,14 +249,14 @@ fn judge(image: &Image) -> Slot {
         return Slot::Blank;
     }
     let whole = [HEADER, HEADER + PAYLOAD].into_iter().any(|end| {
-        image[..16] == header(sequence(image))[..16]
-            && image[16..HEADER] == ((end - HEADER) as u16).to_le_bytes()
+        image[..LENGTH] == header(sequence(image))[..LENGTH]
+            && image[LENGTH..HEADER] == ((end - HEADER) as u16).to_le_bytes()
             && image[end..end + CRC_BYTES] == CRC.checksum(&image[..end]).to_le_bytes()
     });
     if whole && decode(image).is_none_or(|record| record.is_sound()) {
         Slot::Valid(sequence(image))
     } else {
-        Slot::Unreadable
+        Slot::Unreadable(CRC.checksum(image))
     }
 }
 
@@ -220,17 +270,18 @@ fn newest(slots: [Slot; 2]) -> Option<usize> {
     }
 }
 
-/// Magic, schema and sequence number; the length is zero.
+/// Magic, layouts and sequence number; the length is zero.
 fn header(sequence: u32) -> [u8; HEADER] {
     let mut header = [0; HEADER];
     header[..4].copy_from_slice(&MAGIC);
-    header[4..12].copy_from_slice(&protocol::SCHEMA.to_le_bytes());
-    header[12..16].copy_from_slice(&sequence.to_le_bytes());
+    header[4..12].copy_from_slice(&LAYOUT.to_le_bytes());
+    header[12..SEQUENCE].copy_from_slice(&CALIBRATION_LAYOUT.to_le_bytes());
+    header[SEQUENCE..LENGTH].copy_from_slice(&sequence.to_le_bytes());
     header
 }
 
 fn sequence(image: &Image) -> u32 {
-    u32::from_le_bytes([image[12], image[13], image[14], image[15]])
+    u32::from_le_bytes([image[SEQUENCE], image[SEQUENCE + 1], image[SEQUENCE + 2], image[SEQUENCE + 3]])
 }
 
 /// Fills in the image of a slot and returns its length.
@@ -238,7 +289,7 @@ fn encode(record: Option<&Record>, sequence: u32, image: &mut Image) -> usize {
     image[..HEADER].copy_from_slice(&header(sequence));
     let mut end = HEADER;
     if let Some(record) = record {
-        image[16..HEADER].copy_from_slice(&(PAYLOAD as u16).to_le_bytes());
+        image[LENGTH..HEADER].copy_from_slice(&(PAYLOAD as u16).to_le_bytes());
         let numbers = record.parameters.iter().copied().chain(calibration_numbers(&record.calibration));
         for (bytes, number) in image[HEADER..HEADER + PAYLOAD].chunks_exact_mut(4).zip(numbers) {
             bytes.copy_from_slice(&number.to_le_bytes());
@@ -252,7 +303,7 @@ fn encode(record: Option<&Record>, sequence: u32, image: &mut Image) -> usize {
 
 /// The record in a slot whose checksum is right; `None` if it says that there is none.
 fn decode(image: &Image) -> Option<Record> {
-    if image[16..HEADER] == [0, 0] {
+    if image[LENGTH..HEADER] == [0, 0] {
         return None;
     }
     let mut numbers = image[HEADER..HEADER + PAYLOAD]

@@ -134,12 +134,22 @@ impl SpiDevice for Bus {
 
 #[test]
 fn the_chip_is_known_by_its_id() {
-    assert_eq!(DEVICE_ID, Bus::new().0.borrow().id);
+    assert_eq!(DEVICE_ID, Bus::new().0.borrow().id[..8]);
     assert!(Fram::probe(Bus::new()).is_ok());
     for byte in 0..9 {
         let bus = Bus::new();
         bus.0.borrow_mut().id[byte] ^= 1;
         assert_eq!(Fram::probe(bus).err(), Some(MemoryError::NoAnswer), "byte {byte}");
+    }
+}
+
+#[test]
+fn the_two_chips_of_the_parts_list_are_taken_and_no_other_revision() {
+    for revision in 0..=0xFF {
+        let bus = Bus::new();
+        bus.0.borrow_mut().id[8] = revision;
+        // FM25V02 and FM25V02A.
+        assert_eq!(Fram::probe(bus).is_ok(), [0x00, 0x08].contains(&revision), "revision {revision:#04x}");
     }
 }
 

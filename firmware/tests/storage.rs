@@ -1,18 +1,20 @@
-//! The stored record against power cuts, flipped bits, other firmware and a bus that garbles.
+//! The stored record against power cuts, flipped bits, other layouts and a bus that garbles.
+
+use std::ops::Range;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use firmware::attitude::ImuCalibration;
 use firmware::storage::{MEMORY_BYTES, Memory, MemoryError, Record, forget, load, save};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
-use protocol::message::MemoryState;
-use protocol::parameter::{COUNT, Id, Kind, TABLE};
+use protocol::message::{MemoryState, Refusal};
+use protocol::parameter::{COUNT, Id, Kind, LAYOUT, TABLE};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
 /// Length of a slot with a record, and of one that says that there is none, as the module's table has it.
-const FULL: usize = 18 + 4 * (COUNT + 24) + 4;
-const BARE: usize = 18 + 4;
+const FULL: usize = 20 + 4 * (COUNT + 24) + 4;
+const BARE: usize = 20 + 4;
 const SECOND: usize = 0x400;
 
 /// Bytes that stay, a supply that may be cut, and a bus that may garble.
@@ -136,7 +138,8 @@ fn image(sequence: u32, record: Option<&Record>) -> Vec<u8> {
         numbers.extend(calibration.position.iter());
     }
     let mut bytes = b"brl1".to_vec();
-    bytes.extend(protocol::SCHEMA.to_le_bytes());
+    bytes.extend(LAYOUT.to_le_bytes());
+    bytes.extend(1u16.to_le_bytes());
     bytes.extend(sequence.to_le_bytes());
     bytes.extend((4 * numbers.len() as u16).to_le_bytes());
     bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
@@ -315,20 +318,38 @@ fn the_number_wraps() {
         save(&mut chip, &record(seed)).expect("a sound memory");
         assert_eq!(load(&mut chip), loaded(&record(seed)));
     }
-    assert_eq!(chip.bytes[12..16], 3u32.to_le_bytes());
-    assert_eq!(chip.bytes[SECOND + 12..SECOND + 16], 4u32.to_le_bytes());
+    assert_eq!(chip.bytes[14..18], 3u32.to_le_bytes());
+    assert_eq!(chip.bytes[SECOND + 14..SECOND + 18], 4u32.to_le_bytes());
 }
 
 #[test]
-fn a_record_of_other_firmware_is_unreadable() {
-    let mut bytes = image(5, Some(&record(1)));
-    bytes.truncate(FULL - 4);
-    bytes[4] ^= 1;
-    let mut chip = Chip::new(0);
-    put(&mut chip, 0, &seal(bytes));
-    assert_eq!(load(&mut chip), UNREADABLE);
-    save(&mut chip, &record(2)).expect("a sound memory");
-    assert_eq!(load(&mut chip), loaded(&record(2)));
+fn a_record_of_another_layout_is_unreadable() {
+    // Eight bytes of the parameters' layout, two of the calibration's.
+    for byte in 4..14 {
+        let mut bytes = image(5, Some(&record(1)));
+        bytes.truncate(FULL - 4);
+        bytes[byte] ^= 1;
+        let mut chip = Chip::new(0);
+        put(&mut chip, 0, &seal(bytes));
+        assert_eq!(load(&mut chip), UNREADABLE, "byte {byte}");
+        save(&mut chip, &record(2)).expect("a sound memory");
+        assert_eq!(load(&mut chip), loaded(&record(2)));
+    }
+}
+
+#[test]
+fn a_host_is_told_a_bad_value_from_a_bad_memory() {
+    let good = record(1);
+    let mut bad = good.clone();
+    // As the brain may learn it.
+    bad.parameters[usize::from(Id::C11.index())] = 100.5;
+    let mut dead = Chip::new(0).cut_after(0, None);
+    let told = |chip: &mut Chip, record| save(chip, record).map_err(Refusal::from);
+    assert_eq!(told(&mut Chip::new(0), &bad), Err(Refusal::BadValue));
+    assert_eq!(told(&mut dead, &good), Err(Refusal::NoMemory));
+    for error in [MemoryError::NoAnswer, MemoryError::OutOfBounds, MemoryError::NotWritten] {
+        assert_eq!(Refusal::from(error), Refusal::NoMemory);
+    }
 }
 
 #[test]
@@ -454,7 +475,7 @@ fn what_is_said_to_be_saved_is_loaded_whatever_transfers_were_lost() {
     let (old, new) = (record(1), record(2));
     let (mut saved, mut refused) = (0, 0);
     for first in 0..2 {
-        for lost in 0..50 {
+        for lost in 0..80 {
             let mut chip = Chip::new(0);
             // The valid record is in the one slot or in the other.
             for _ in 0..=first {
@@ -474,4 +495,72 @@ fn what_is_said_to_be_saved_is_loaded_whatever_transfers_were_lost() {
         }
     }
     assert!(saved > 10 && refused > 10, "{saved} times saved, {refused} times refused");
+}
+
+/// A chip on a bus on which some reads, counted from the first one, come out wrong.
+struct BadBus {
+    chip: Chip,
+    reads: u32,
+    wrong: Range<u32>,
+    /// What is wrong with them: they are lost, or have a flipped bit.
+    lost: bool,
+}
+
+impl Memory for BadBus {
+    fn read(&mut self, address: u16, buffer: &mut [u8]) -> Result<(), MemoryError> {
+        self.chip.read(address, buffer)?;
+        if self.wrong.contains(&self.reads) {
+            self.chip.garbles = Some(1);
+            self.chip.garble(buffer);
+            self.chip.garbles = None;
+            if self.lost {
+                buffer.fill(0xFF);
+            }
+        }
+        self.reads += 1;
+        Ok(())
+    }
+
+    fn write(&mut self, address: u16, bytes: &[u8]) -> Result<(), MemoryError> {
+        self.chip.write(address, bytes)
+    }
+}
+
+#[test]
+fn no_burst_of_bad_reads_puts_the_newest_record_at_the_mercy_of_a_cut() {
+    let (older, newest, new) = (record(1), record(2), record(3));
+    let (mut saved, mut cut_off, mut refused) = (0, 0, 0);
+    // The newest record is in the one slot or in the other, and what is beside it is valid, torn or blank.
+    for (slot, beside) in (0..2).flat_map(|slot| (0..3).map(move |beside| (slot, beside))) {
+        let mut chip = Chip::new(0xFF);
+        let at = [0, SECOND];
+        put(&mut chip, at[slot], &image(8, Some(&newest)));
+        let other = image(7, Some(&older));
+        put(&mut chip, at[1 - slot], &other[..[other.len(), 100, 0][beside]]);
+        let lengths = || (0..14).chain((14..90).step_by(7));
+        let bursts = (0..10).flat_map(|from| lengths().map(move |length| (from, length)));
+        for ((from, length), lost) in bursts.flat_map(|burst| [(burst, false), (burst, true)]) {
+            // Nothing tells an empty memory from so long a silence before anything valid is read.
+            let first_valid = if slot == 1 && beside > 0 { 3 } else { 0 };
+            if lost && from <= first_valid && length >= 9 {
+                continue;
+            }
+            for cut in [0, 1, 5, 17, 30, 200, FULL - 1, FULL, 10 * FULL] {
+                let bus = |chip| BadBus { chip, reads: 0, wrong: from..from + length, lost };
+                let mut bad = bus(chip.cut_after(cut, Some(0xA5)));
+                let said = save(&mut bad, &new);
+                let cut_short = bad.chip.supply == Some(0);
+                let found = load(&mut bad.chip.powered_again());
+                assert!(
+                    found == loaded(&new) || (said.is_err() && found == loaded(&newest)),
+                    "slot {slot}, beside {beside}, lost {lost}, {length} from {from}, cut {cut}: {said:?}"
+                );
+                saved += u32::from(said.is_ok());
+                cut_off += u32::from(cut_short);
+                refused += u32::from(said == Err(MemoryError::NotWritten));
+            }
+        }
+    }
+    println!("{saved} saved, {cut_off} cut off, {refused} refused");
+    assert!(saved > 1000 && cut_off > 1000 && refused > 100, "{saved} saved, {cut_off} cut off, {refused} refused");
 }

@@ -189,6 +189,27 @@ parameters! {
 /// How many parameters there are.
 pub const COUNT: usize = TABLE.len();
 
+/// Hash over the names of every parameter, in order: whoever keeps values by their index can tell by it whether an index
+/// still means the same parameter. The compiler reckons it, so that the names stay out of a robot's image.
+pub const LAYOUT: u64 = layout(TABLE);
+
+/// FNV-1a, 64 bits, over every name with a line feed after it.
+const fn layout(table: &[Parameter]) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325;
+    let mut i = 0;
+    while i < table.len() {
+        let name = table[i].name.as_bytes();
+        let mut j = 0;
+        while j <= name.len() {
+            let byte = if j < name.len() { name[j] } else { b'\n' };
+            hash = (hash ^ byte as u64).wrapping_mul(0x0000_0100_0000_01b3);
+            j += 1;
+        }
+        i += 1;
+    }
+    hash
+}
+
 impl Id {
     /// The parameter with this index on the wire.
     pub fn from_index(index: u8) -> Option<Id> {
@@ -276,6 +297,26 @@ mod tests {
             assert!(p.min < p.max && !p.help.is_empty(), "{}", p.name);
         }
         assert_eq!(Id::from_index(COUNT as u8), None);
+    }
+
+    #[test]
+    fn the_layout_changes_with_names_and_their_order_and_with_nothing_else() {
+        let rows = [Id::Kp, Id::Ki, Id::Kd].map(|id| *id.parameter());
+        let named = |names: [&'static str; 3]| {
+            let mut rows = rows;
+            rows.iter_mut().zip(names).for_each(|(row, name)| row.name = name);
+            layout(&rows)
+        };
+        // FNV-1a of "KP\nKI\nKD\n", reckoned by another program.
+        let hash = 0x3f07_65f4_a806_fccd;
+        assert_eq!(layout(&rows), hash);
+        for names in [["KP", "KI", "Kd"], ["KP", "KD", "KI"], ["KPK", "I", "KD"], ["KP", "", "KIKD"]] {
+            assert_ne!(named(names), hash, "{names:?}");
+        }
+        assert_ne!(layout(&rows[..2]), hash);
+        let mut rows = rows;
+        (rows[1].min, rows[1].default, rows[1].kind, rows[1].help) = (-1.0, 1.0, Kind::Whole, "another");
+        assert_eq!(layout(&rows), hash);
     }
 
     #[test]

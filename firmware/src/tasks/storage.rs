@@ -3,9 +3,9 @@
 
 use firmware::fram::Fram;
 use firmware::robot::Errand;
-use firmware::storage::{self, Record};
+use firmware::storage::{self, MemoryError, Record};
 use protocol::RobotMessage;
-use protocol::message::{MemoryState, Refusal};
+use protocol::message::MemoryState;
 
 use crate::board::FramSpi;
 use crate::log;
@@ -27,17 +27,18 @@ pub fn open(spi: FramSpi) -> (Option<Fram<FramSpi>>, MemoryState, Option<Record>
 pub async fn storage(mut fram: Option<Fram<FramSpi>>) {
     loop {
         let (port, errand) = ERRANDS.receive().await;
-        let done = fram.as_mut().is_some_and(|fram| {
-            match &errand {
-                Errand::Store(record) => storage::save(fram, record),
-                Errand::Forget => storage::forget(fram),
+        let done = match (&mut fram, &errand) {
+            (Some(fram), Errand::Store(record)) => storage::save(fram, record),
+            (Some(fram), Errand::Forget) => storage::forget(fram),
+            (None, _) => Err(MemoryError::NoAnswer),
+        };
+        let answer = match done {
+            Ok(()) => RobotMessage::Stored,
+            Err(error) => {
+                log::warning!("storing failed");
+                RobotMessage::Refused(error.into())
             }
-            .is_ok()
-        });
-        let answer = if done { RobotMessage::Stored } else { RobotMessage::Refused(Refusal::NoMemory) };
-        if !done {
-            log::warning!("the memory did not take what was written");
-        }
+        };
         port.of(&OUTBOX).send(Outgoing::Answer(answer)).await;
     }
 }
