@@ -34,6 +34,8 @@ fn compare<S: Scalar>(image: &Path, setup: &Setup, steps: u32, change: Option<(I
         let (board, library) = (there.step().expect("goes on"), here.step().expect("goes on"));
         assert_eq!(board.brain.t, library.brain.t);
         assert_eq!(bits(&board), bits(&library), "{} differs in step {step}", setup.experiment.name);
+        // It moves as the motor values or the duties say, so these were the same, too.
+        assert_eq!(board.plant, library.plant, "{} differs in step {step}", setup.experiment.name);
         moved |= board.plant.omega.abs() > 0.5;
     }
     assert!(moved, "{}: nothing happened that could differ", setup.experiment.name);
@@ -66,6 +68,15 @@ fn homeostatic_for_10_000_steps() {
 #[test]
 fn homeokinetic_for_10_000_steps_and_a_change_in_the_middle() {
     compare::<f32>(&image(), &rule(3), 10_000, Some((Id::EpsC, 0.3)));
+}
+
+#[test]
+fn the_whole_chain_from_chips_to_duties() {
+    // Twenty readings of inertial sensor and encoders in every step: attitude, noise, brain, servo and safety.
+    for (rule, name) in [(1, "closed-loop"), (3, "homeokinetic")] {
+        let setup = setup(name, BodyKind::Tabletop, 50 + rule, &[("epsA", 0.1), ("omega0", 2.0)]);
+        compare::<f32>(&image(), &setup, 1000, None);
+    }
 }
 
 #[test]

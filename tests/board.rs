@@ -48,13 +48,26 @@ fn named(variable: &str) -> PathBuf {
 /// # Panics
 /// On a name that is none of a variable or of more than one.
 pub fn variable(image: &Path, name: &str) -> Range<u32> {
+    place(image, name, 0x2000_0000..0x4000_0000)
+}
+
+/// Where an image has the first instruction of a function of this name.
+///
+/// # Panics
+/// On a name that is none of a function or of more than one.
+pub fn function(image: &Path, name: &str) -> u32 {
+    // The lowest bit says that it is Thumb code.
+    place(image, name, 0x0800_0000..0x2000_0000).start & !1
+}
+
+fn place(image: &Path, name: &str, memory: Range<u64>) -> Range<u32> {
     let bytes = std::fs::read(image).expect("the image is there");
     let file = object::File::parse(bytes.as_slice()).expect("an ELF file");
     let mut found = file.symbols().filter(|symbol| {
-        symbol.size() > 0 && symbol.address() >= 0x2000_0000 && symbol.name().is_ok_and(|n| n.contains(name))
+        symbol.size() > 0 && memory.contains(&symbol.address()) && symbol.name().is_ok_and(|n| n.contains(name))
     });
-    let symbol = found.next().unwrap_or_else(|| panic!("no variable is called {name}"));
-    assert!(found.next().is_none(), "more than one variable is called {name}");
+    let symbol = found.next().unwrap_or_else(|| panic!("nothing there is called {name}"));
+    assert!(found.next().is_none(), "more than one thing there is called {name}");
     let word = |number: u64| u32::try_from(number).expect("an address of 32 bits");
     word(symbol.address())..word(symbol.address() + symbol.size())
 }
@@ -101,7 +114,7 @@ impl Board for Watched {
             kept.push((signals, to, pins.clone()));
         }
         from.extend(self.carry(&pins.from_robot[0]));
-        self.driven += u32::from(pins.enabled || pins.pwm != [0.0; 2]);
+        self.driven += u32::from(pins.enabled || pins.enabled_meanwhile || pins.pwm != [0.0; 2]);
         self.pins = pins;
         Ok(self.pins.duty)
     }

@@ -4,6 +4,7 @@
 use barrel_tests::BadLine;
 use barrel_tests::board::{Bench, image, image_without_logs, variable};
 use firmware::robot::BATTERY_LOW;
+use hil_sim::virtual_board::Trouble;
 use protocol::message::{FaultCode, Refusal, ResetCause, SafetyState};
 use protocol::{HostMessage, RobotMessage};
 use rand_core::{Rng, SeedableRng};
@@ -58,11 +59,61 @@ fn reset_within(bench: &mut Bench, milliseconds: u32) -> u32 {
 #[test]
 fn a_servo_that_hangs_is_reset_by_the_watchdog() {
     let mut bench = rolling();
-    bench.board().board.stop_time().expect("stops");
-    let after = reset_within(&mut bench, 30);
-    assert!(after >= 10, "the watchdog came after {after} ms");
+    bench.board().board.trouble(Trouble::StopTime).expect("stops");
+    let after = reset_within(&mut bench, 12);
+    assert!((3..=10).contains(&after), "the watchdog came after {after} ms");
     assert_eq!(bench.hello().reset, ResetCause::Watchdog);
     stays_off(&mut bench, FaultCode::Watchdog, false);
+}
+
+#[test]
+fn a_tick_that_comes_too_late_takes_the_motors_away_and_is_reported() {
+    let mut bench = rolling();
+    let resets = bench.board().pins.resets;
+    for _ in 0..2 {
+        bench.board().board.trouble(Trouble::StopTime).expect("stops");
+        bench.pass(2);
+        bench.board().board.trouble(Trouble::ResumeTime).expect("goes on");
+        bench.pass(2);
+        stays_off(&mut bench, FaultCode::MissedDeadline, true);
+    }
+    bench.pass(1000);
+    assert!(bench.vitals().overruns >= 2, "{:?}", bench.vitals());
+    assert_eq!(bench.board().pins.resets, resets, "the watchdog has no part in it");
+}
+
+#[test]
+fn a_supply_that_sags_takes_the_motors_away_and_a_reset_that_comes_of_it_is_reported() {
+    let mut bench = rolling();
+    let good = bench.board().around.supply_mv;
+    bench.board().around.supply_mv = 2700;
+    bench.pass(2);
+    bench.board().driven = 0;
+    bench.pass(20);
+    assert_eq!(bench.board().driven, 0, "driven on what is left");
+    bench.board().around.supply_mv = good;
+    bench.pass(2);
+    stays_off(&mut bench, FaultCode::BrownOut, true);
+    bench.board().board.reset().expect("reset");
+    assert_eq!(bench.hello().reset, ResetCause::Pin, "the supply has recovered since");
+
+    bench.board().around.supply_mv = 2700;
+    bench.pass(5);
+    bench.board().board.reset().expect("reset");
+    bench.board().around.supply_mv = good;
+    assert_eq!(bench.hello().reset, ResetCause::BrownOut);
+    stays_off(&mut bench, FaultCode::BrownOut, false);
+}
+
+/// On the chip the core takes its non-maskable interrupt at once, which ends as a panic does; the emulator has none.
+#[test]
+fn a_clock_that_fails_takes_the_motors_outputs_away_by_itself() {
+    let mut bench = rolling();
+    bench.board().board.trouble(Trouble::FailClock).expect("stops");
+    for _ in 0..3 {
+        bench.pass(1);
+        assert_eq!(bench.board().pins.pwm, [0.0; 2]);
+    }
 }
 
 #[test]
@@ -70,7 +121,7 @@ fn a_core_fault_takes_the_motors_away_at_once_and_is_reported() {
     let mut bench = rolling();
     // The servo's task is overwritten, as by a stray pointer: its next poll is nothing that can be executed.
     for address in variable(&image(), "tasks5servo5servo4POOL").step_by(4).take(8) {
-        bench.board().board.poke(address, 0xFFFF_FFFF).expect("there is memory");
+        bench.board().board.trouble(Trouble::Poke(address, 0xFFFF_FFFF)).expect("there is memory");
     }
     assert!(reset_within(&mut bench, 5) <= 2, "it went on for milliseconds");
     bench.board().driven = 0;
@@ -85,7 +136,7 @@ fn a_panic_takes_the_motors_away_at_once_and_is_reported() {
         bench.control_step();
         // The inbox's lock says that it is taken, which its owner holds for impossible.
         for address in variable(&image, "tasks6shared5INBOX").step_by(4) {
-            bench.board().board.poke(address, 0xFFFF_FFFF).expect("there is memory");
+            bench.board().board.trouble(Trouble::Poke(address, 0xFFFF_FFFF)).expect("there is memory");
         }
         assert!(reset_within(&mut bench, 5) <= 2, "it went on for milliseconds");
         assert_eq!(bench.hello().reset, ResetCause::Panic);
@@ -109,6 +160,7 @@ fn a_reset_in_mid_run_leaves_it_disarmed_and_not_homed() {
 fn a_power_cut_in_mid_run_leaves_it_disarmed_and_not_homed() {
     let mut bench = rolling();
     bench.board().board.power_cycle().expect("comes up again");
+    assert!(!bench.board().board.pins().enabled_meanwhile, "driven in the first millisecond");
     bench.board().driven = 0;
     bench.pass(100);
     let identity = bench.hello();
@@ -150,7 +202,7 @@ fn a_transaction_that_is_lost_on_the_bus_is_missed_and_nothing_else() {
     // While the sensor started, there was nothing to read.
     let before = bench.vitals().imu_missed;
     for lost in 1..=4 {
-        bench.board().board.lose_imu(lost).expect("lost");
+        bench.board().board.trouble(Trouble::LoseImu(lost)).expect("lost");
         bench.pass(500);
         assert_eq!(bench.hello().state, SafetyState::Armed, "{lost} in a row");
     }
@@ -164,11 +216,29 @@ fn bursts_of_lost_transactions_at_any_moment_are_ridden_out() {
     let mut bench = rolling();
     let mut random = Pcg32::seed_from_u64(5);
     for _ in 0..1000 {
-        bench.board().board.lose_imu(3 + random.next_u32() % 2).expect("lost");
+        bench.board().board.trouble(Trouble::LoseImu(3 + random.next_u32() % 2)).expect("lost");
         bench.pass(8 + random.next_u32() % 8);
         assert_eq!(bench.control_step().telemetry.state, SafetyState::Armed);
     }
     assert!(bench.vitals().imu_missed > 3000, "{:?}", bench.vitals());
+}
+
+#[test]
+fn bits_that_the_bus_gets_wrong_are_ridden_out() {
+    let mut bench = rolling();
+    let mut random = Pcg32::seed_from_u64(6);
+    let mut worst: f32 = 0.0;
+    for _ in 0..1000 {
+        // Somewhere in a reading, at some bit, every few milliseconds.
+        bench.board().board.trouble(Trouble::FlipImu(1 << (random.next_u32() % 8))).expect("flipped");
+        bench.pass(1 + random.next_u32() % 8);
+        let step = bench.control_step();
+        assert_eq!(step.telemetry.state, SafetyState::Armed);
+        // A lying barrel's inclinations are sine and cosine of its roll.
+        let [x1, x2] = step.telemetry.x;
+        worst = worst.max((x1.atan2(x2) + step.plant.phi as f32).sin().abs());
+    }
+    assert!(worst < 0.1, "the roll was {worst:.3} rad off");
 }
 
 #[test]
@@ -206,4 +276,23 @@ fn bytes_lost_and_garbled_on_the_line_cost_steps_of_the_record_and_nothing_of_th
     bench.pass(1000);
     let vitals = bench.vitals();
     assert!(vitals.garbled > 0 && vitals.overruns == 0, "{vitals:?}");
+}
+
+#[test]
+fn noise_and_framing_errors_on_the_wires_leave_the_uarts_in_order() {
+    let mut bench = rolling();
+    // A byte in a hundred.
+    bench.board().board.trouble(Trouble::GarbleUarts(5000)).expect("garbled");
+    for _ in 0..300 {
+        assert_eq!(bench.hello().state, SafetyState::Armed, "requests get through");
+    }
+    bench.board().board.trouble(Trouble::GarbleUarts(0)).expect("clean");
+    bench.pass(1000);
+    let before = bench.vitals();
+    assert!(before.garbled > 20 && before.overruns == 0, "{before:?}");
+    for _ in 0..300 {
+        bench.hello();
+    }
+    bench.pass(1000);
+    assert_eq!(bench.vitals().garbled, before.garbled, "a clean line is clean again");
 }

@@ -1,9 +1,17 @@
 //! The robot as a host meets it: what it answers, what it refuses, and that nothing moves unless it is Armed.
 
+use firmware::attitude::ImuCalibration;
+use firmware::axes::ImuCounts;
+use firmware::calibration::READINGS;
+use firmware::robot::{BATTERY_LOW, Boot, Senses};
+use firmware::storage::Record;
 use firmware::{Port, Robot};
 use hil_sim::link::{HELLO, InProcess, Line, Link, LinkError, Transport, hello};
 use hil_sim::plant::{Body, Drive};
-use protocol::message::{FaultCode, Precision, Refusal, SafetyState, Transducers};
+use protocol::message::{
+    CalibrationPhase, CalibrationProgress, CalibrationStep, FaultCode, MemoryState, Precision, Refusal, ResetCause,
+    SafetyState, Transducers,
+};
 use protocol::{HostMessage, Id, RobotMessage, encode};
 
 fn robot() -> Line<InProcess<f32>> {
@@ -141,6 +149,135 @@ fn an_encoder_that_jumps_faults_in_the_same_tick() {
     let jumped = Transducers { encoder: [300, 0], ..still(1) };
     assert_eq!(duty(&mut line, jumped), [0.0; 2]);
     assert_eq!(state(&mut line), SafetyState::Fault(FaultCode::ImpossibleSensor));
+}
+
+/// A robot that has been calibrated: its chip is screwed in the other way round.
+fn calibrated() -> Robot<f32> {
+    let mut calibration = ImuCalibration::default();
+    calibration.mounting = -calibration.mounting;
+    calibration.mounting.m22 = 1.0;
+    let mut parameters = Id::ALL.iter().map(|id| id.parameter().default as f32).collect::<Vec<_>>();
+    for (id, value) in [(Id::EpsA, 0.07), (Id::SensorNoise, 0.0)] {
+        parameters[usize::from(id.index())] = value;
+    }
+    let record = Record { parameters: parameters.try_into().expect("all of them"), calibration };
+    let boot = Boot { reset: ResetCause::PowerOn, memory: MemoryState::Loaded, record: Some(record) };
+    let mut robot = Robot::new(&boot);
+    for (id, value) in firmware::axes::SERVO_PARAMETERS {
+        robot.set(id, value).expect("in range");
+    }
+    robot
+}
+
+fn tell(robot: &mut Robot<f32>, message: HostMessage) -> RobotMessage {
+    let mut answer = None;
+    robot.handle(&message, &mut |reply| answer = Some(*reply));
+    answer.expect("an answer")
+}
+
+/// What it senses by itself lying still, in its chip's axes, which are the other way round.
+fn lying(k: i16) -> Senses {
+    Senses { imu: Some(ImuCounts { accelerometer: [k % 3, 0, -8192], gyroscope: [k % 2, 0, 0] }), ..Senses::default() }
+}
+
+#[test]
+fn a_simulation_leaves_nothing_of_itself_in_the_robot() {
+    let mut robot = calibrated();
+    (0..50).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    let inclination = robot.telemetry().x;
+    assert!((inclination[1] - 1.0).abs() < 0.01, "{inclination:?}");
+    let held = |robot: &Robot<f32>| Id::ALL.iter().map(|id| robot.get(*id)).collect::<Vec<_>>();
+    let before = held(&robot);
+
+    tell(&mut robot, HostMessage::SimulatedSensors(true));
+    // The chapter's body is five times as large and ten times as strong.
+    for (id, value) in [(Id::Range, 0.3), (Id::MaxForce, 200.0), (Id::Kp, 200.0), (Id::C12, -3.0), (Id::EpsA, 0.5)] {
+        robot.set(id, value).expect("in range");
+    }
+    tell(&mut robot, HostMessage::Restart { seed: 1 });
+    tell(&mut robot, HostMessage::Arm);
+    for k in 0..200 {
+        tell(&mut robot, HostMessage::Transducers(still(k)));
+    }
+    assert_ne!(held(&robot), before);
+    // What comes from the host is along the body's axes, however the chip is mounted.
+    assert!((robot.telemetry().x[1] - 1.0).abs() < 0.02, "{:?}", robot.telemetry().x);
+    tell(&mut robot, HostMessage::Disarm);
+    for message in [HostMessage::Store, HostMessage::Calibrate(CalibrationStep::Still)] {
+        assert_eq!(tell(&mut robot, message), RobotMessage::Refused(Refusal::WhileSimulated));
+    }
+    // Neither a second call nor a homing that was not finished changes that.
+    tell(&mut robot, HostMessage::SimulatedSensors(true));
+    tell(&mut robot, HostMessage::Home);
+    tell(&mut robot, HostMessage::EmergencyStop);
+    tell(&mut robot, HostMessage::ClearFault);
+    tell(&mut robot, HostMessage::SimulatedSensors(false));
+
+    assert_eq!(held(&robot), before);
+    (0..50).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    let after = robot.telemetry().x;
+    assert!((after[1] - 1.0).abs() < 0.01, "{after:?}");
+    assert_eq!(tell(&mut robot, HostMessage::Arm), RobotMessage::Refused(Refusal::NotHomed));
+}
+
+#[test]
+fn a_missed_deadline_is_a_fault_in_every_state() {
+    let fault = SafetyState::Fault(FaultCode::MissedDeadline);
+    for simulated in [false, true] {
+        for arm in [false, true] {
+            let mut robot = Robot::<f32>::default();
+            tell(&mut robot, HostMessage::SimulatedSensors(simulated));
+            if arm {
+                // Homing arms it, whether or not the middle of its axes is known.
+                tell(&mut robot, HostMessage::Home);
+                assert_eq!(robot.safety_state(), SafetyState::Armed);
+            }
+            let tick = robot.servo_tick(&Senses { deadline_missed: true, ..lying(0) });
+            assert_eq!((tick.outputs.duty(), tick.powered), ([0.0; 2], false));
+            assert_eq!(robot.safety_state(), fault, "simulated {simulated}, armed {arm}");
+        }
+    }
+}
+
+#[test]
+fn one_low_measurement_of_the_battery_is_a_start_of_two_motors_and_three_are_a_fault() {
+    let mut robot = Robot::<f32>::default();
+    let measure = |robot: &mut Robot<f32>, millivolts: u16| {
+        for k in 0..10 {
+            robot.servo_tick(&Senses { battery_mv: (k == 0).then_some(millivolts), ..lying(k) });
+        }
+        robot.safety_state()
+    };
+    let (low, good) = (BATTERY_LOW - 1, BATTERY_LOW);
+    for _ in 0..5 {
+        assert_eq!(measure(&mut robot, low), SafetyState::Disarmed, "no load, no matter");
+    }
+    tell(&mut robot, HostMessage::Home);
+    for millivolts in [low, low, good, low, low] {
+        assert_eq!(measure(&mut robot, millivolts), SafetyState::Armed);
+    }
+    assert_eq!(measure(&mut robot, low), SafetyState::Fault(FaultCode::BrownOut));
+}
+
+#[test]
+fn a_microcontroller_whose_own_supply_sags_lets_go_of_the_motors() {
+    let mut robot = Robot::<f32>::default();
+    tell(&mut robot, HostMessage::Home);
+    let tick = robot.servo_tick(&Senses { supply_low: true, ..lying(0) });
+    assert_eq!((tick.outputs.duty(), tick.powered), ([0.0; 2], false));
+    assert_eq!(robot.safety_state(), SafetyState::Fault(FaultCode::BrownOut));
+}
+
+#[test]
+fn a_calibration_step_does_not_go_on_while_the_motors_move() {
+    let mut robot = calibrated();
+    (0..50).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    tell(&mut robot, HostMessage::Calibrate(CalibrationStep::Still));
+    (0..100).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    tell(&mut robot, HostMessage::Home);
+    (0..READINGS as i16).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    let idle = CalibrationProgress { phase: CalibrationPhase::Idle, attitudes: 0 };
+    assert_eq!(tell(&mut robot, HostMessage::Calibrate(CalibrationStep::Status)), RobotMessage::Calibration(idle));
 }
 
 #[test]

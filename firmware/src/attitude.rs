@@ -36,6 +36,7 @@ use micromath::F32Ext;
 use nalgebra::{Matrix3, Vector3};
 use protocol::message::FaultCode;
 
+use crate::scalar::Scalar;
 use crate::vector::Vec3;
 
 /// Acceleration in m/s² that an accelerometer's "1 g" means (the standard gravity of CGPM 1901).
@@ -146,15 +147,21 @@ pub struct ImuPatience {
     pub stuck: u32,
     /// Accelerometer at full scale in a row: a weight that hits its stop can do that for milliseconds.
     pub saturated: u32,
+    /// Gyroscope further than [`GYROSCOPE_JUMP`] from the last reading that was believed, in a row.
+    pub jumps: u8,
     /// Specific force below a tenth or above three times gravity in a row: no free fall indoors lasts half a second.
     pub no_gravity: u32,
 }
 
 impl Default for ImuPatience {
     fn default() -> Self {
-        ImuPatience { stuck: 50, saturated: 20, no_gravity: 500 }
+        ImuPatience { stuck: 50, saturated: 20, jumps: 3, no_gravity: 500 }
     }
 }
+
+/// More than any knock changes the rate by from one reading to the next, counts: 500 °/s. It takes one bit that the bus got wrong,
+/// and nothing on the bus tells.
+pub const GYROSCOPE_JUMP: i16 = 8192;
 
 /// Watches the counts of the inertial sensor for readings that no barrel can produce.
 ///
@@ -165,25 +172,28 @@ pub struct ImuMonitor {
     last: Option<([i16; 3], [i16; 3])>,
     same: u32,
     saturated: u32,
+    /// The last gyroscope that was believed.
+    believed: Option<[i16; 3]>,
+    jumps: u8,
     no_gravity: u32,
 }
 
 impl ImuMonitor {
     /// A monitor that has seen nothing yet.
     pub fn new(patience: ImuPatience) -> Self {
-        ImuMonitor { patience, last: None, same: 0, saturated: 0, no_gravity: 0 }
+        ImuMonitor { patience, last: None, same: 0, saturated: 0, believed: None, jumps: 0, no_gravity: 0 }
     }
 
     /// Checks the counts of one tick and turns them into physical units.
     ///
-    /// A single sample at full scale on the accelerometer comes back without its specific force; a doubtful reading
-    /// becomes an error once it has lasted as long as [`ImuPatience`] allows, and stays one until it is over.
+    /// A single sample at full scale on the accelerometer comes back without its specific force, and one whose gyroscope jumped
+    /// not at all; a doubtful reading becomes an error, or is believed, once it has lasted as long as [`ImuPatience`] allows.
     pub fn read(
         &mut self,
         accelerometer: [i16; 3],
         gyroscope: [i16; 3],
         calibration: &ImuCalibration,
-    ) -> Result<ImuSample, ImpossibleSensor> {
+    ) -> Result<Option<ImuSample>, ImpossibleSensor> {
         let reading = (accelerometer, gyroscope);
         self.same = if self.last == Some(reading) { self.same.saturating_add(1) } else { 0 };
         self.last = Some(reading);
@@ -191,7 +201,8 @@ impl ImuMonitor {
         let knocked = accelerometer.iter().any(|c| at_full_scale(*c));
         self.saturated = if knocked { self.saturated.saturating_add(1) } else { 0 };
 
-        let square: i64 = accelerometer.iter().map(|c| i64::from(*c) * i64::from(*c)).sum();
+        // Three times 2³⁰ at most.
+        let square: u32 = accelerometer.iter().map(|c| u32::from(c.unsigned_abs()).pow(2)).sum();
         let possible = 819 * 819..=24_576 * 24_576;
         self.no_gravity = if possible.contains(&square) { 0 } else { self.no_gravity.saturating_add(1) };
 
@@ -203,6 +214,8 @@ impl ImuMonitor {
         } else if all(accelerometer, -1) {
             // Of the accelerometer only: at rest a gyroscope reads 0, 0, 0 or −1, −1, −1 every so often.
             Err(ImpossibleSensor::BusHigh)
+        } else if self.jumped(gyroscope) {
+            Ok(None)
         } else if gyroscope.iter().any(|c| at_full_scale(*c)) || self.saturated > self.patience.saturated {
             Err(ImpossibleSensor::Saturated)
         } else if self.same > self.patience.stuck {
@@ -210,11 +223,23 @@ impl ImuMonitor {
         } else if self.no_gravity > self.patience.no_gravity {
             Err(ImpossibleSensor::NoGravity)
         } else {
-            Ok(ImuSample {
+            Ok(Some(ImuSample {
                 angular_velocity: calibration.angular_velocity(gyroscope),
                 specific_force: (!knocked).then(|| calibration.specific_force(accelerometer)),
-            })
+            }))
         }
+    }
+
+    /// Whether this is too far from the last reading to be believed, and not yet for too long.
+    fn jumped(&mut self, gyroscope: [i16; 3]) -> bool {
+        let far = |(a, b): (&i16, &i16)| a.abs_diff(*b) > GYROSCOPE_JUMP.unsigned_abs();
+        let jumped = self.believed.is_some_and(|believed| believed.iter().zip(&gyroscope).any(far));
+        if jumped && self.jumps < self.patience.jumps {
+            self.jumps += 1;
+            return true;
+        }
+        (self.believed, self.jumps) = (Some(gyroscope), 0);
+        false
     }
 }
 
@@ -298,7 +323,11 @@ pub struct Attitude {
 
 impl Attitude {
     /// An estimator that knows nothing yet, for a chip at `position` (m, body axes, [`ImuCalibration::position`]).
-    pub fn new(settings: AttitudeSettings, position: Vector3<f32>) -> Self {
+    /// A time or limit below 0 counts as 0.
+    pub fn new(mut settings: AttitudeSettings, position: Vector3<f32>) -> Self {
+        for limit in [&mut settings.bias_limit, &mut settings.start_up, &mut settings.derivative_time] {
+            *limit = limit.at_least(0.0);
+        }
         Attitude {
             settings,
             position: position.into(),
@@ -366,7 +395,7 @@ impl Attitude {
         self.rate = gyroscope - self.bias;
 
         // First-order lag and the derivative that belongs to it, backward Euler: stable for any time constant.
-        let derivative_time = self.settings.derivative_time.max(0.0) + dt;
+        let derivative_time = self.settings.derivative_time + dt;
         let acceleration = (gyroscope - self.slow_rate) / derivative_time;
         self.slow_rate = self.slow_rate + acceleration * dt;
 
@@ -375,19 +404,19 @@ impl Attitude {
             Some(f) => self.correction(f, acceleration, predicted),
             None => (Vec3::ZERO, 0.0),
         };
-        let boost = (self.settings.start_up / self.age.max(1e-3)).clamp(1.0, START_UP_BOOST);
-        let gain = (self.settings.correction * boost * weight * dt).clamp(0.0, 1.0);
+        let boost = (self.settings.start_up / self.age.at_least(1e-3)).clamp_to(1.0, START_UP_BOOST);
+        let gain = (self.settings.correction * boost * weight * dt).clamp_to(0.0, 1.0);
         let up = predicted - error.cross(predicted) * gain;
         // One Newton step for 1/√: the length is off by 1e-3 at most, which leaves an error of 1e-6.
         self.up = Some(up * (1.5 - 0.5 * up.norm_squared()));
 
-        let limit = self.settings.bias_limit.max(0.0);
+        let limit = self.settings.bias_limit;
         // Not yet while the boost is full: the first sample may have been taken in the middle of a jerk, and what the
         // estimate then has to make up for is no bias.
         let learning =
             if boost < START_UP_BOOST { self.settings.bias_correction * boost * boost * weight * dt } else { 0.0 };
-        self.bias = (self.bias - error * learning).clamp(-limit, limit);
-        self.age = (self.age + dt).min(self.settings.start_up.max(0.0));
+        self.bias = (self.bias - error * learning).clamp_to(-limit, limit);
+        self.age = (self.age + dt).clamp_to(0.0, self.settings.start_up);
         self.checked()
     }
 
@@ -422,7 +451,7 @@ impl Attitude {
         let g = settings.gravity;
         // |a²/g² − 1| / 2 is the relative deviation of a from g to first order, without a root.
         let deviation = (0.5 * (square / (g * g) - 1.0)).abs();
-        let by_magnitude = (1.0 - deviation / settings.magnitude_gate).clamp(0.0, 1.0);
+        let by_magnitude = (1.0 - deviation / settings.magnitude_gate).clamp_to(0.0, 1.0);
         if !(by_magnitude > 0.0 && square > 0.0) {
             return (Vec3::ZERO, 0.0);
         }
@@ -436,7 +465,7 @@ impl Attitude {
 
     /// Forgets an estimate that is no longer finite.
     fn checked(&mut self) -> Result<(), NotFinite> {
-        let finite = self.up.is_none_or(|up| up.is_finite() && (up.norm_squared() - 1.0).abs() < 0.1)
+        let finite = self.up.is_none_or(|up| (up.norm_squared() - 1.0).abs() < 0.1)
             && self.bias.is_finite()
             && self.slow_rate.is_finite();
         if finite {

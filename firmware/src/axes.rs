@@ -67,7 +67,7 @@ pub struct Axes {
 
 impl Default for Axes {
     fn default() -> Self {
-        let calibration = ImuCalibration { position: Vector3::from(IMU_POSITION), ..ImuCalibration::default() };
+        let calibration = Axes::uncalibrated();
         let servo_parameter =
             |id: Id| SERVO_PARAMETERS.iter().find(|(i, _)| *i == id).map_or(0.0, |(_, value)| *value as f32);
         let servo = Servo::new(ServoSettings::from_parameters(servo_parameter), AXIS);
@@ -84,6 +84,11 @@ impl Default for Axes {
 }
 
 impl Axes {
+    /// What the sensor's counts mean as long as nobody has found out more: a perfect chip, aligned with the body.
+    pub fn uncalibrated() -> ImuCalibration {
+        ImuCalibration { position: Vector3::from(IMU_POSITION), ..ImuCalibration::default() }
+    }
+
     /// Takes where the weights are in this servo tick, in encoder counts from the middle of each axis.
     pub fn locate(&mut self, counts: [i32; 2]) {
         for (i, servo) in self.servos.iter().enumerate() {
@@ -92,17 +97,21 @@ impl Axes {
     }
 
     /// Takes what the inertial sensor read in this servo tick; `None` if it has nothing new, as happens now and then where
-    /// its clock and the servo's differ. The next reading then stands for the time that passed.
+    /// its clock and the servo's differ. The next reading then stands for the time that passed, as it does after one that is
+    /// not believed.
     ///
     /// # Errors
     /// A reading that cannot be true; the attitude then stays as it was.
     pub fn sense(&mut self, reading: Option<&ImuCounts>) -> Result<(), FaultCode> {
-        let Some(reading) = reading else {
+        let sample = match reading {
+            Some(reading) => self.monitor.read(reading.accelerometer, reading.gyroscope, &self.calibration)?,
+            None => None,
+        };
+        let Some(sample) = sample else {
             self.since_reading = (self.since_reading + 1).min(SERVO_TICKS / 2);
             return Ok(());
         };
         let dt = f32::from(core::mem::replace(&mut self.since_reading, 1)) * SERVO_PERIOD as f32;
-        let sample = self.monitor.read(reading.accelerometer, reading.gyroscope, &self.calibration)?;
         Ok(self.attitude.update(&sample, dt)?)
     }
 

@@ -81,6 +81,13 @@ impl Calibrator {
         self.phase = CalibrationPhase::Averaging;
     }
 
+    /// Gives the step up that is not finished; the attitudes that are known stay.
+    pub fn give_up(&mut self) {
+        if self.step != Step::Nothing {
+            (self.step, self.phase) = (Step::Nothing, CalibrationPhase::Idle);
+        }
+    }
+
     /// How far it is.
     pub fn progress(&self) -> CalibrationProgress {
         CalibrationProgress { phase: self.phase, attitudes: self.known }

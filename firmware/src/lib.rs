@@ -30,6 +30,7 @@ pub mod safety;
 pub mod scalar;
 pub mod servo;
 pub mod storage;
+pub mod tanh;
 pub mod timing;
 mod vector;
 

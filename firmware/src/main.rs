@@ -54,7 +54,9 @@ fn main() -> ! {
 
     interrupt::UART5.set_priority(Priority::P6);
     let servo = SERVO.start(interrupt::UART5);
-    servo.spawn(tasks::servo::servo(robot, board.imu, board.axes, board.stop, board.watchdog).expect("one servo"));
+    servo.spawn(
+        tasks::servo::servo(robot, board.imu, board.axes, board.stop, board.supply, board.watchdog).expect("one servo"),
+    );
     tasks::idle::run(|spawner| {
         spawner.spawn(tasks::wire::wire(Port::Usb, board.usb).expect("two wires"));
         spawner.spawn(tasks::wire::wire(Port::Radio, board.radio).expect("two wires"));

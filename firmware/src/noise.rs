@@ -11,10 +11,13 @@
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
+use crate::scalar::Scalar;
+
 /// Two channels of noise, with the generator that drives them.
 #[derive(Clone, Debug)]
 pub struct InclinationNoise {
-    strength: f32,
+    /// √τ · strength.
+    amplitude: f32,
     tau: f32,
     now: [f32; 2],
     random: Pcg32,
@@ -23,14 +26,14 @@ pub struct InclinationNoise {
 impl Default for InclinationNoise {
     /// None, seed 0.
     fn default() -> Self {
-        InclinationNoise { strength: 0.0, tau: 1.0, now: [0.0; 2], random: Pcg32::seed_from_u64(0) }
+        InclinationNoise { amplitude: 0.0, tau: 1.0, now: [0.0; 2], random: Pcg32::seed_from_u64(0) }
     }
 }
 
 impl InclinationNoise {
     /// Changes the law: `strength` in units of the inclination, `tau` the part forgotten per step, 0…1.
     pub fn set(&mut self, strength: f32, tau: f32) {
-        (self.strength, self.tau) = (strength, tau);
+        (self.amplitude, self.tau) = (libm::sqrtf(tau.at_least(0.0)) * strength, tau);
     }
 
     /// Starts again, without noise, from a seed.
@@ -41,11 +44,10 @@ impl InclinationNoise {
 
     /// One control step: the inclinations with noise.
     pub fn add(&mut self, x: [f32; 2]) -> [f32; 2] {
-        let root = libm::sqrtf(self.tau.max(0.0));
         for n in &mut self.now {
             // 24 bits, which f32 holds exactly.
             let u = (self.random.next_u32() >> 8) as f32 * (2.0 / 16_777_216.0) - 1.0;
-            *n += root * u * self.strength - self.tau * *n;
+            *n += u * self.amplitude - self.tau * *n;
         }
         [x[0] + self.now[0], x[1] + self.now[1]]
     }

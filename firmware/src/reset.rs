@@ -11,7 +11,7 @@ mod flag {
     pub const WINDOW_WATCHDOG: u32 = 1 << 30;
 }
 
-/// What is left in memory that a reset does not clear, before the firmware resets the chip on purpose.
+/// What is left in memory that a reset does not clear, before the chip is reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum LastWords {
@@ -19,14 +19,19 @@ pub enum LastWords {
     Panic = 0x5041_4e49,
     /// A fault of the core.
     HardFault = 0x4641_554c,
+    /// The supply sagged, and may go on doing so.
+    BrownOut = 0x4252_4f57,
 }
 
 /// The cause of this start, from RCC_CSR and the word that was left in memory, which after power-on is anything.
 ///
 /// Every reset pulls the reset pin, too, so that flag alone means the pin. A brown-out is a reset of the supply supervisor
-/// without the power-on reset that comes with a supply from zero.
+/// without the power-on reset that comes with a supply from zero, or any reset after the supply was seen to sag: the memory
+/// holds its word a little longer than the supervisor of a chip without a brown-out level waits.
 pub fn cause(csr: u32, last_words: u32) -> ResetCause {
-    if csr & flag::POWER_ON != 0 {
+    if last_words == LastWords::BrownOut as u32 {
+        ResetCause::BrownOut
+    } else if csr & flag::POWER_ON != 0 {
         ResetCause::PowerOn
     } else if csr & flag::BROWN_OUT != 0 {
         ResetCause::BrownOut

@@ -1,6 +1,6 @@
 //! The robot: the one place where attitude, brain, servo and safety meet, and the handler of every message.
 //!
-//! * [`Robot::control_step`], 50 times a second: inclinations in, act, learn, telemetry out.
+//! * [`Robot::control_step`], 50 times a second: inclinations in, act, learn.
 //! * [`Robot::servo_tick`], 1000 times a second: what the board senses in, duties out; every 20th tick takes a control step
 //!   first.
 //! * [`Robot::handle`]: a message of the host in, answers out.
@@ -13,6 +13,7 @@ use nalgebra::SVector;
 use protocol::message::{CalibrationStep, MemoryState, Refusal, ResetCause, SafetyState, Telemetry, Transducers};
 use protocol::{FaultCode, HostMessage, Id, RobotMessage, Values};
 
+use crate::attitude::ImuCalibration;
 use crate::axes::{Axes, ImuCounts, SERVO_PARAMETERS};
 use crate::brain::{Brain, Controller, Model};
 use crate::calibration::Calibrator;
@@ -30,8 +31,8 @@ const STALE_AFTER: [u16; SENSORS] = [5, 0];
 
 /// Supply below which the motors are not to be driven, mV: three lithium cells at 3 V each.
 pub const BATTERY_LOW: u16 = 9000;
-/// Servo ticks that the supply may be below [`BATTERY_LOW`], as it is when both motors start at once.
-const BATTERY_PATIENCE: u8 = 50;
+/// Measurements in a row below [`BATTERY_LOW`] that are a fault: one is, when both motors start at once.
+const BATTERY_PATIENCE: u8 = 3;
 
 /// Version of the firmware: major, minor, patch.
 pub const VERSION: [u8; 3] = [0, 1, 0];
@@ -42,8 +43,9 @@ pub struct Robot<S: Scalar> {
     /// Every parameter as it was set; where the brain has learned since, the brain knows better.
     values: Values<S::Wide>,
     brain: Brain<S, 2, 2>,
-    /// The last control step.
+    /// The last control step, and the safety state in which it was taken.
     state: State<S>,
+    stepped_in: SafetyState,
     /// Control steps since the start.
     tick: u32,
     /// Servo ticks until the next control step.
@@ -51,17 +53,27 @@ pub struct Robot<S: Scalar> {
     axes: Axes,
     noise: InclinationNoise,
     safety: Safety<SENSORS>,
-    simulated_sensors: bool,
+    /// What is put aside while the sensors are the host's; they are the robot's own without it.
+    own: Option<Own<S>>,
     /// Encoder counts of the middle of each axis; `None` until they are found.
     middle: Option<[i32; 2]>,
     /// Looking for the middle of the axes; the brain then waits.
     homing: Option<Homing>,
     calibrator: Calibrator,
-    /// Servo ticks in a row with the supply too low.
+    /// Measurements in a row of a supply that is too low.
     battery_low: u8,
     reset: ResetCause,
     memory: MemoryState,
     errand: Option<Errand>,
+}
+
+/// The real robot, put aside while its firmware plays in a simulation: a body of other size and strength must leave nothing
+/// behind.
+#[derive(Clone, Debug)]
+struct Own<S: Scalar> {
+    values: Values<S::Wide>,
+    brain: Brain<S, 2, 2>,
+    calibration: ImuCalibration,
 }
 
 /// What a robot finds when it starts.
@@ -86,8 +98,10 @@ pub struct Senses {
     pub stop_button: bool,
     /// The stop loop is open.
     pub stop_loop_open: bool,
-    /// Supply of the motors, mV; `None` until it is measured.
+    /// Supply of the motors, mV, if it was measured since the last tick.
     pub battery_mv: Option<u16>,
+    /// The microcontroller's own supply sags.
+    pub supply_low: bool,
     /// The tick before this one did not end in time.
     pub deadline_missed: bool,
 }
@@ -99,12 +113,12 @@ pub struct Tick {
     pub outputs: Outputs<2>,
     /// Whether the power stage may be switched on.
     pub powered: bool,
-    /// The brain, if it took a step.
-    pub telemetry: Option<Telemetry>,
+    /// Whether the brain took a step, which [`Robot::telemetry`] shows.
+    pub stepped: bool,
 }
 
 /// Something that takes longer than a servo tick may, for the board to see to. It answers the host when it is done, with
-/// [`RobotMessage::Stored`] or [`Refusal::NoMemory`].
+/// [`RobotMessage::Stored`], or why not.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put a record on")]
 pub enum Errand {
@@ -168,12 +182,13 @@ impl<S: Scalar> Robot<S> {
                 error: S::zero(),
                 time_loop_error: S::zero(),
             },
+            stepped_in: SafetyState::Disarmed,
             tick: 0,
             until_control: 0,
             axes: Axes::default(),
             noise: InclinationNoise::default(),
             safety: Safety::new(STALE_AFTER, cause),
-            simulated_sensors: false,
+            own: None,
             middle: None,
             homing: None,
             calibrator: Calibrator::default(),
@@ -214,7 +229,10 @@ impl<S: Scalar> Robot<S> {
                 memory: self.memory,
             },
             HostMessage::Arm if !self.homed() => RobotMessage::Refused(Refusal::NotHomed),
-            HostMessage::Arm => self.event(Event::Arm),
+            HostMessage::Arm => {
+                self.calibrator.give_up();
+                self.event(Event::Arm)
+            }
             HostMessage::Disarm => {
                 self.homing = None;
                 self.event(Event::Disarm)
@@ -230,15 +248,18 @@ impl<S: Scalar> Robot<S> {
                 self.answer_parameter(index, |robot, id| robot.set(id, f64::from(value)))
             }
             HostMessage::GetParameter { index } => self.answer_parameter(index, |_, _| Ok(())),
-            HostMessage::Inclination { .. } | HostMessage::Transducers(_) if !self.simulated_sensors => {
+            HostMessage::Inclination { .. } | HostMessage::Transducers(_) if !self.simulated_sensors() => {
                 RobotMessage::Refused(Refusal::OwnSensors)
             }
-            HostMessage::Inclination { x } => RobotMessage::Telemetry(self.control_step(x)),
+            HostMessage::Inclination { x } => {
+                self.control_step(x);
+                RobotMessage::Telemetry(self.telemetry())
+            }
             HostMessage::Transducers(Transducers { accelerometer, gyroscope, encoder }) => {
                 let reading = ImuCounts { accelerometer, gyroscope };
-                let (outputs, telemetry) = self.move_weights(Some(&reading), encoder, Faults::NONE);
-                if let Some(telemetry) = telemetry {
-                    reply(&RobotMessage::Telemetry(telemetry));
+                let (outputs, stepped) = self.move_weights(Some(&reading), encoder, Faults::NONE);
+                if stepped {
+                    reply(&RobotMessage::Telemetry(self.telemetry()));
                 }
                 RobotMessage::Actuators { duty: outputs.duty() }
             }
@@ -247,6 +268,7 @@ impl<S: Scalar> Robot<S> {
             HostMessage::Store | HostMessage::Forget if self.memory == MemoryState::Absent => {
                 RobotMessage::Refused(Refusal::NoMemory)
             }
+            HostMessage::Store if self.simulated_sensors() => RobotMessage::Refused(Refusal::WhileSimulated),
             HostMessage::Store => {
                 self.errand = Some(Errand::Store(self.record()));
                 return;
@@ -265,23 +287,28 @@ impl<S: Scalar> Robot<S> {
     }
 
     /// One servo tick, every [`crate::timing::SERVO_PERIOD`]: what the board senses in, the duty of both axes out (−1…1, zero
-    /// unless Armed), and telemetry when the brain took a step. With simulated sensors it minds the stop button, and
-    /// everything else waits for the host.
+    /// unless Armed), and whether the brain took a step. With simulated sensors it minds the stop button and the deadline,
+    /// and everything else waits for the host.
     pub fn servo_tick(&mut self, senses: &Senses) -> Tick {
         if senses.stop_button {
             self.event(Event::EmergencyStop);
         }
-        if self.simulated_sensors {
-            return Tick { outputs: Outputs::ZERO, powered: false, telemetry: None };
+        if self.simulated_sensors() {
+            if senses.deadline_missed {
+                self.fault(FaultCode::MissedDeadline);
+            }
+            return Tick { outputs: Outputs::ZERO, powered: false, stepped: false };
         }
-        let low = senses.battery_mv.is_some_and(|mv| mv < BATTERY_LOW);
-        self.battery_low = if low && self.armed() { self.battery_low.saturating_add(1) } else { 0 };
+        if let Some(supply) = senses.battery_mv {
+            let low = supply < BATTERY_LOW && self.armed();
+            self.battery_low = if low { self.battery_low.saturating_add(1) } else { 0 };
+        }
         let faults = Faults::NONE
             .with_if(FaultCode::EmergencyStop, senses.stop_loop_open)
             .with_if(FaultCode::MissedDeadline, senses.deadline_missed)
-            .with_if(FaultCode::BrownOut, self.battery_low > BATTERY_PATIENCE);
-        let (outputs, telemetry) = self.move_weights(senses.imu.as_ref(), senses.encoder, faults);
-        Tick { outputs, powered: self.armed(), telemetry }
+            .with_if(FaultCode::BrownOut, senses.supply_low || self.battery_low >= BATTERY_PATIENCE);
+        let (outputs, stepped) = self.move_weights(senses.imu.as_ref(), senses.encoder, faults);
+        Tick { outputs, powered: self.armed(), stepped }
     }
 
     /// Attitude, brain, servo and safety, in this order, on one tick's readings and on the faults found so far.
@@ -290,7 +317,7 @@ impl<S: Scalar> Robot<S> {
         reading: Option<&ImuCounts>,
         encoder: [i32; 2],
         mut faults: Faults,
-    ) -> (Outputs<2>, Option<Telemetry>) {
+    ) -> (Outputs<2>, bool) {
         self.axes.locate(self.centred(encoder));
         if let Err(code) = self.axes.sense(reading) {
             faults = faults.with(code);
@@ -301,11 +328,11 @@ impl<S: Scalar> Robot<S> {
         {
             self.axes.calibrate(calibration);
         }
-        let mut telemetry = None;
-        if self.until_control == 0 {
+        let stepped = self.until_control == 0;
+        if stepped {
             self.until_control = SERVO_TICKS;
             let x = self.noise.add(self.axes.inclination());
-            telemetry = Some(self.control_step(x));
+            self.control_step(x);
         }
         self.until_control -= 1;
         let mut duty = [0.0; 2];
@@ -317,7 +344,7 @@ impl<S: Scalar> Robot<S> {
             Some(armed) => armed.drive(duty),
             None => Outputs::ZERO,
         };
-        (outputs, telemetry)
+        (outputs, stepped)
     }
 
     /// What the axes are to be given if the robot is Armed: the brain's, or, while the middle is looked for, homing's.
@@ -332,7 +359,7 @@ impl<S: Scalar> Robot<S> {
             HomingStep::Drive(duty) => Ok(duty),
             HomingStep::Done(middle) => {
                 self.homing = None;
-                if !self.simulated_sensors {
+                if !self.simulated_sensors() {
                     self.middle = Some(middle);
                 }
                 self.event(Event::Disarm);
@@ -345,7 +372,7 @@ impl<S: Scalar> Robot<S> {
     /// Encoder counts from the middle of each axis; those of simulated sensors are that already.
     fn centred(&self, encoder: [i32; 2]) -> [i32; 2] {
         match self.middle {
-            Some(middle) if !self.simulated_sensors => core::array::from_fn(|i| encoder[i].wrapping_sub(middle[i])),
+            Some(middle) if !self.simulated_sensors() => core::array::from_fn(|i| encoder[i].wrapping_sub(middle[i])),
             _ => encoder,
         }
     }
@@ -356,12 +383,12 @@ impl<S: Scalar> Robot<S> {
 
     /// Whether the middle of both axes is known.
     pub fn homed(&self) -> bool {
-        self.simulated_sensors || self.middle.is_some()
+        self.simulated_sensors() || self.middle.is_some()
     }
 
     /// Whether the sensors are the host's.
     pub fn simulated_sensors(&self) -> bool {
-        self.simulated_sensors
+        self.own.is_some()
     }
 
     fn home(&mut self) -> RobotMessage {
@@ -370,8 +397,9 @@ impl<S: Scalar> Robot<S> {
         }
         let answer = self.event(Event::Arm);
         if self.armed() {
+            self.calibrator.give_up();
             self.homing = Some(Homing::new());
-            if !self.simulated_sensors {
+            if !self.simulated_sensors() {
                 self.middle = None;
             }
         }
@@ -383,13 +411,16 @@ impl<S: Scalar> Robot<S> {
             if self.armed() {
                 return RobotMessage::Refused(Refusal::WhileArmed);
             }
+            if self.simulated_sensors() {
+                return RobotMessage::Refused(Refusal::WhileSimulated);
+            }
             self.calibrator.begin(step);
         }
         RobotMessage::Calibration(self.calibrator.progress())
     }
 
     /// One control step, every [`crate::timing::CONTROL_PERIOD`]: act on the inclinations, then learn.
-    pub fn control_step(&mut self, x: [f32; 2]) -> Telemetry {
+    pub fn control_step(&mut self, x: [f32; 2]) {
         if x.iter().all(|x| x.is_finite()) {
             self.think(x.map(S::from_f32));
         } else {
@@ -397,7 +428,7 @@ impl<S: Scalar> Robot<S> {
             self.tick = self.tick.wrapping_add(1);
             self.fault(FaultCode::ImpossibleSensor);
         }
-        self.telemetry()
+        self.stepped_in = self.safety.state();
     }
 
     /// As [`Robot::control_step`], in the brain's own number format; the result is [`Robot::state`].
@@ -476,7 +507,22 @@ impl<S: Scalar> Robot<S> {
         if self.armed() {
             return RobotMessage::Refused(Refusal::WhileArmed);
         }
-        self.simulated_sensors = simulated;
+        self.homing = None;
+        self.calibrator.give_up();
+        if !simulated {
+            if let Some(own) = self.own.take() {
+                (self.values, self.brain) = (own.values, own.brain);
+                self.apply_gains();
+                self.apply_noise();
+                self.note_matrices();
+                self.axes.calibrate(own.calibration);
+            }
+        } else if self.own.is_none() {
+            let calibration = *self.axes.calibration();
+            self.own = Some(Own { values: self.values.clone(), brain: self.brain.clone(), calibration });
+            // The host's readings are along the body's axes and without error.
+            self.axes.calibrate(Axes::uncalibrated());
+        }
         self.axes.restart();
         RobotMessage::State(self.safety.state())
     }
@@ -488,11 +534,12 @@ impl<S: Scalar> Robot<S> {
         self.state.b = self.brain.model().b.into();
     }
 
-    fn telemetry(&self) -> Telemetry {
+    /// The brain after the last control step, for the host.
+    pub fn telemetry(&self) -> Telemetry {
         let s = &self.state;
         Telemetry {
             tick: self.tick.wrapping_sub(1),
-            state: self.safety.state(),
+            state: self.stepped_in,
             x: s.x.map(S::to_f32),
             y: s.y.map(S::to_f32),
             c: s.c.map(S::to_f32),

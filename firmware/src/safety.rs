@@ -217,9 +217,12 @@ impl<const S: usize> Safety<S> {
             *age = if fresh { 0 } else { (*age + 1).min(limit + 1) };
             faults = faults.with_if(FaultCode::StaleSensor, *age > limit);
         }
-        let armed = self.state == Inner::Armed;
-        for code in faults.iter().filter(|code| armed || *code != FaultCode::StalledAxis) {
-            self.fault(code);
+        // Nearly always there is none to look for.
+        if !faults.is_empty() {
+            let armed = self.state == Inner::Armed;
+            for code in faults.iter().filter(|code| armed || *code != FaultCode::StalledAxis) {
+                self.fault(code);
+            }
         }
         match self.state {
             Inner::Armed => Some(Armed { safety: self }),

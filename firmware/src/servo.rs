@@ -19,6 +19,8 @@
 use protocol::message::FaultCode;
 use protocol::parameter::Id;
 
+use crate::scalar::Scalar;
+
 /// Longest time step that [`Servo::update`] takes, s.
 pub const LONGEST_STEP: f32 = 0.1;
 
@@ -48,6 +50,17 @@ pub struct ServoSettings {
 }
 
 impl ServoSettings {
+    /// The same with no limit or time below 0 or without a number, as which it counts as 0.
+    fn sound(self) -> Self {
+        ServoSettings {
+            max_force: self.max_force.at_least(0.0),
+            integral_limit: self.integral_limit.at_least(0.0),
+            derivative_limit: self.derivative_limit.at_least(0.0),
+            derivative_time: self.derivative_time.at_least(0.0),
+            ..self
+        }
+    }
+
     /// The settings that the table of parameters holds, with the original's limits of 0.5 m and 0.9 m on the terms and
     /// a filter of 10 ms.
     pub fn from_parameters(get: impl Fn(Id) -> f32) -> Self {
@@ -101,6 +114,11 @@ pub struct Stall {
 }
 
 impl Axis {
+    /// The same with no limit below 0 or without a number.
+    fn sound(self) -> Self {
+        Axis { travel: self.travel.at_least(0.0), duty_limit: self.duty_limit.at_least(0.0).clamp_to(0.0, 1.0), ..self }
+    }
+
     /// Position, m, of an encoder count.
     pub fn position(&self, count: i32) -> f32 {
         count as f32 * self.metres_per_count
@@ -112,7 +130,7 @@ impl Axis {
 /// The sign is the chapter's: y > 0 drives the weight towards the negative end of its axis, so that C = I puts the
 /// weights down. A y that is not a number stays one, for [`Servo::update`] to refuse.
 pub fn setpoint(y: f32, range: f32) -> f32 {
-    -range * y.clamp(-1.0, 1.0)
+    -range * y.clamp_to(-1.0, 1.0)
 }
 
 /// What the servo wants of its motor in one tick.
@@ -181,7 +199,7 @@ struct Last {
 impl Servo {
     /// A servo at rest.
     pub fn new(settings: ServoSettings, axis: Axis) -> Self {
-        Servo { settings, axis, state: State::default() }
+        Servo { settings: settings.sound(), axis: axis.sound(), state: State::default() }
     }
 
     /// Forgets the past: no integral, no slope, no stall. The next tick's force is KP e and no more, whatever the set
@@ -193,6 +211,7 @@ impl Servo {
 
     /// Takes new settings without a bump: what the integral term holds in newtons it goes on holding.
     pub fn retune(&mut self, settings: ServoSettings) {
+        let settings = settings.sound();
         let kept = self.state.integral * self.settings.kp / settings.kp;
         self.state.integral = if kept.is_finite() { limited(kept, settings.integral_limit) } else { 0.0 };
         if settings.derivative_on_measurement != self.settings.derivative_on_measurement {
@@ -202,7 +221,7 @@ impl Servo {
         self.settings = settings;
     }
 
-    /// The settings in use.
+    /// The settings in use; limits that are below 0 or no numbers are 0 in them.
     pub fn settings(&self) -> &ServoSettings {
         &self.settings
     }
@@ -238,7 +257,7 @@ impl Servo {
         let last = state.last.unwrap_or(Last { position, error });
         let velocity = (position - last.position) / dt;
         let slope = if settings.derivative_on_measurement { -velocity } else { (error - last.error) / dt };
-        let share = dt / (settings.derivative_time.max(0.0) + dt);
+        let share = dt / (settings.derivative_time + dt);
         state.slope += (slope - state.slope) * share;
         state.velocity += (velocity - state.velocity) * share;
         state.last = Some(Last { position, error });
@@ -249,10 +268,10 @@ impl Servo {
             let wanted = settings.kp * (error + integral + derivative);
             let force = limited(wanted, settings.max_force);
             let wanted_duty = force / axis.stall_force + back_emf;
-            let duty = limited(limited(wanted_duty, axis.duty_limit), 1.0);
+            let duty = limited(wanted_duty, axis.duty_limit);
             let drive = Drive { force, duty, limited: wanted != force || wanted_duty != duty };
-            // A limit would make a number of what is infinite, so what was wanted is looked at as well.
-            let finite = [wanted, wanted_duty, duty].iter().all(|a| a.is_finite());
+            // A limit would make a number of what is infinite, so what was wanted is looked at.
+            let finite = wanted.is_finite() && wanted_duty.is_finite();
             if finite { Ok((wanted, drive)) } else { Err(ServoError::NotFinite) }
         };
         let held = state.integral;
@@ -279,8 +298,7 @@ impl Servo {
     }
 }
 
-/// `value` within ±`limit`; a limit that is negative or not a number is 0, a value that is not a number stays one.
+/// `value` within ±`limit`; a value that is not a number stays one.
 fn limited(value: f32, limit: f32) -> f32 {
-    let limit = limit.max(0.0);
-    value.clamp(-limit, limit)
+    value.clamp_to(-limit, limit)
 }

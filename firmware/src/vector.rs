@@ -5,6 +5,8 @@ use core::ops::{Add, Div, Mul, Sub};
 
 use nalgebra::Vector3;
 
+use crate::scalar::Scalar;
+
 /// Three numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Vec3 {
@@ -24,12 +26,13 @@ impl Vec3 {
         self.x * self.x + self.y * self.y + self.z * self.z
     }
 
-    pub fn clamp(self, low: f32, high: f32) -> Vec3 {
-        Vec3 { x: self.x.clamp(low, high), y: self.y.clamp(low, high), z: self.z.clamp(low, high) }
+    pub fn clamp_to(self, low: f32, high: f32) -> Vec3 {
+        Vec3 { x: self.x.clamp_to(low, high), y: self.y.clamp_to(low, high), z: self.z.clamp_to(low, high) }
     }
 
+    /// Whether all three are: nothing times a finite number is nothing, times anything else not a number.
     pub fn is_finite(self) -> bool {
-        self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
+        0.0 * self.x + 0.0 * self.y + 0.0 * self.z == 0.0
     }
 }
 

@@ -120,7 +120,10 @@ fn remaining(motion: Motion, settings: AttitudeSettings, r: Vector3<f32>, bias: 
             let t = f64::from(tick) * DT;
             let (up, rate, force) = rolling(motion, t);
             let (accelerometer, gyroscope) = chip.counts(force, rate);
-            let sample = monitor.read(accelerometer, gyroscope, &ImuCalibration::default()).expect("a true reading");
+            let sample = monitor
+                .read(accelerometer, gyroscope, &ImuCalibration::default())
+                .expect("a true reading")
+                .expect("no jump");
             attitude.update(&sample, DT as f32).expect("finite");
             if t >= from {
                 let x = attitude.inclination();
@@ -184,7 +187,10 @@ fn at_rest(up: Vector3<f64>, rate: Vector3<f64>, chip: &mut Chip, seconds: f64) 
     let mut worst = 0.0f64;
     for tick in 0..(seconds / DT) as u32 {
         let (accelerometer, gyroscope) = chip.counts(force, rate);
-        let sample = monitor.read(accelerometer, gyroscope, &ImuCalibration::default()).expect("a true reading");
+        let sample = monitor
+            .read(accelerometer, gyroscope, &ImuCalibration::default())
+            .expect("a true reading")
+            .expect("no jump");
         attitude.update(&sample, DT as f32).expect("finite");
         if f64::from(tick) * DT > 1.0 {
             worst = worst.max((attitude.up().cast::<f64>() - up).norm());
@@ -257,12 +263,35 @@ fn a_knock_to_full_scale_is_ridden_out_on_the_gyroscope() {
         if tick % 500 < 5 && tick > 1000 {
             accelerometer[2] = i16::MAX;
         }
-        let sample = monitor.read(accelerometer, gyroscope, &ImuCalibration::default()).expect("a knock, not a fault");
+        let sample = monitor
+            .read(accelerometer, gyroscope, &ImuCalibration::default())
+            .expect("a knock, not a fault")
+            .expect("no jump");
         attitude.update(&sample, DT as f32).expect("finite");
         if tick > 2000 {
             assert!((attitude.up().cast::<f64>() - up).norm() < 0.02, "tick {tick}");
         }
     }
+}
+
+#[test]
+fn a_gyroscope_that_a_bus_got_wrong_is_not_believed_and_one_that_stays_there_is() {
+    let calibration = ImuCalibration::default();
+    let mut monitor = ImuMonitor::new(ImuPatience::default());
+    let mut read = |rate: i16, k: i16| monitor.read([k, 0, 8192], [rate, 0, 0], &calibration);
+    for k in 0..100 {
+        assert!(read(300 + k, k).expect("good").is_some());
+        // Every bit by itself: those that matter less than a knock does are believed.
+        let bit = k % 16;
+        let wrong = read((300 + k) ^ (1i16.wrapping_shl(bit as u32)), k);
+        assert_eq!(wrong.expect("no fault").is_none(), bit > 13, "bit {bit}");
+    }
+    assert_eq!(read(32_767, 0), Ok(None));
+    assert_eq!([1, 2, 3].map(|k| read(9000, k).expect("good").is_some()), [false, false, true]);
+    assert!(read(9001, 4).expect("good").is_some());
+    let ends = (0..4).map(|k| read(i16::MAX, k)).collect::<Vec<_>>();
+    assert_eq!(ends[..3], [Ok(None); 3]);
+    assert_eq!(ends[3], Err(ImpossibleSensor::Saturated));
 }
 
 #[test]
@@ -389,7 +418,7 @@ proptest! {
         let mut monitor = ImuMonitor::new(ImuPatience::default());
         let mut attitude = Attitude::new(AttitudeSettings::default(), position());
         for c in counts {
-            if let Ok(sample) = monitor.read([c[0], c[1], c[2]], [c[3], c[4], c[5]], &ImuCalibration::default()) {
+            if let Ok(Some(sample)) = monitor.read([c[0], c[1], c[2]], [c[3], c[4], c[5]], &ImuCalibration::default()) {
                 prop_assert_eq!(attitude.update(&sample, 1e-3), Ok(()));
             }
         }

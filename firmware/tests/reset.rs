@@ -48,8 +48,15 @@ fn last_words_count_after_a_reset_by_software_only() {
 }
 
 #[test]
+fn a_supply_that_was_seen_to_sag_is_the_cause_of_whatever_reset_came_of_it() {
+    for flags in [POR | BOR | PIN, BOR | PIN, PIN, IWDG | PIN, SFT | PIN] {
+        assert_eq!(cause(flags, LastWords::BrownOut as u32), ResetCause::BrownOut);
+    }
+}
+
+#[test]
 fn a_word_with_one_wrong_bit_is_none() {
-    for words in [LastWords::Panic, LastWords::HardFault] {
+    for words in [LastWords::Panic, LastWords::HardFault, LastWords::BrownOut] {
         for bit in 0..32 {
             assert_eq!(cause(SFT | PIN, words as u32 ^ 1 << bit), ResetCause::Software, "bit {bit}");
         }

@@ -166,8 +166,8 @@ impl<'o, S: Scalar> Player<'o, S> {
                 (SafetyState::Armed, _) => self.robot.handle(&HostMessage::Arm, &mut |_| {}),
                 _ => self.robot.handle(&HostMessage::Disarm, &mut |_| {}),
             }
-            let mut replayed = self.robot.control_step(recorded.x);
-            replayed.state = recorded.state;
+            self.robot.control_step(recorded.x);
+            let replayed = Telemetry { state: recorded.state, ..self.robot.telemetry() };
             self.verdict.steps += 1;
             observe(Event::Step(&self.robot));
             self.compare(said, Some(&RobotMessage::Telemetry(replayed)));

@@ -34,6 +34,8 @@ pub struct Signals {
     pub stop_loop_open: bool,
     /// Supply of the motors, mV.
     pub battery_mv: u32,
+    /// Supply of the microcontroller, mV.
+    pub supply_mv: u32,
 }
 
 impl Default for Signals {
@@ -47,6 +49,7 @@ impl Default for Signals {
             stop_button: false,
             stop_loop_open: false,
             battery_mv: 12_000,
+            supply_mv: 3300,
         }
     }
 }
@@ -60,6 +63,8 @@ pub struct Pins {
     pub pwm: [f32; 2],
     /// Whether the drivers are enabled.
     pub enabled: bool,
+    /// Whether they were told to be at any instant of it.
+    pub enabled_meanwhile: bool,
     /// Green, blue and red lamp.
     pub lamps: [bool; 3],
     /// What came out of the virtual COM port and of the radio.
@@ -68,10 +73,40 @@ pub struct Pins {
     pub instructions: u64,
     /// Those from the reading of the encoders to the motors' new duties, if there was a servo tick.
     pub servo_instructions: Option<u64>,
+    /// Those from where [`VirtualBoard::watch_framing`] watches to the start of the frame's transfer to the virtual COM port, if
+    /// there was one.
+    pub framing_instructions: Option<u64>,
     /// Resets since power-on.
     pub resets: usize,
-    /// The power has gone in the middle of a write, as [`VirtualBoard::cut_fram_after`] wanted.
+    /// The FRAM has lost its power, as [`Trouble::CutFram`] wanted.
     pub fram_cut: bool,
+}
+
+/// What can go wrong on a board, besides what [`Signals`] can say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// The next so many transactions with the inertial sensor are lost.
+    LoseImu(u32),
+    /// The next so many transactions with the FRAM are lost.
+    LoseFram(u32),
+    /// These bits of the next byte that the inertial sensor answers are flipped.
+    FlipImu(u8),
+    /// These bits of the next byte that the FRAM answers are flipped.
+    FlipFram(u8),
+    /// The FRAM loses its power after so many more bytes written to it; [`Pins::fram_cut`] says when.
+    CutFram(u32),
+    /// Somebody pulls the reset pin after so many more bytes written to the FRAM, which keeps its power.
+    ResetInWrite(u32),
+    /// From now on so many bytes in a million arrive at both UARTs with noise, and as many with a framing error.
+    GarbleUarts(u32),
+    /// The clock that the firmware's tasks wait for stops, as if it hung.
+    StopTime,
+    /// It goes on.
+    ResumeTime,
+    /// The clock of the debug probe stops.
+    FailClock,
+    /// A word of memory is written, as by a stray pointer: address and value.
+    Poke(u32, u32),
 }
 
 /// Why the board does not go on.
@@ -108,6 +143,7 @@ impl std::error::Error for BoardError {}
 pub struct VirtualBoard {
     image: PathBuf,
     emulator: Emulator,
+    pins: Pins,
 }
 
 impl VirtualBoard {
@@ -141,8 +177,13 @@ impl VirtualBoard {
     }
 
     fn begin(image: &Path, mut emulator: Emulator) -> Result<Self, BoardError> {
-        emulator.first()?;
-        Ok(VirtualBoard { image: image.into(), emulator })
+        let pins = emulator.first()?;
+        Ok(VirtualBoard { image: image.into(), emulator, pins })
+    }
+
+    /// The pins after the last millisecond; right after power-on, after the first one.
+    pub fn pins(&self) -> &Pins {
+        &self.pins
     }
 
     /// Lets a millisecond pass.
@@ -151,7 +192,10 @@ impl VirtualBoard {
     /// An emulator that gave up.
     pub fn step(&mut self, signals: &Signals, to_robot: [&[u8]; 2]) -> Result<Pins, BoardError> {
         match self.emulator.ask(Command::Step(*signals, to_robot.map(<[u8]>::to_vec)))? {
-            Reply::Pins(pins) => Ok(*pins),
+            Reply::Pins(pins) => {
+                self.pins = *pins;
+                Ok(self.pins.clone())
+            }
             _ => Err(out_of_step()),
         }
     }
@@ -190,44 +234,20 @@ impl VirtualBoard {
         self.bytes(Command::Fram)
     }
 
-    /// Takes the power from the FRAM after so many more bytes written to it; [`Pins::fram_cut`] says when.
+    /// Makes something go wrong.
     ///
     /// # Errors
-    /// An emulator that gave up.
-    pub fn cut_fram_after(&mut self, bytes: u32) -> Result<(), BoardError> {
-        self.emulator.ask(Command::CutFram(bytes)).map(|_| ())
+    /// An emulator that gave up; an address without memory.
+    pub fn trouble(&mut self, trouble: Trouble) -> Result<(), BoardError> {
+        self.emulator.ask(Command::Trouble(trouble)).map(|_| ())
     }
 
-    /// Loses the next so many transactions with the inertial sensor.
+    /// Counts the instructions that a frame takes, from this address of the image on; see [`Pins::framing_instructions`].
     ///
     /// # Errors
-    /// An emulator that gave up.
-    pub fn lose_imu(&mut self, transactions: u32) -> Result<(), BoardError> {
-        self.emulator.ask(Command::LoseImu(transactions)).map(|_| ())
-    }
-
-    /// Loses the next so many transactions with the FRAM.
-    ///
-    /// # Errors
-    /// An emulator that gave up.
-    pub fn lose_fram(&mut self, transactions: u32) -> Result<(), BoardError> {
-        self.emulator.ask(Command::LoseFram(transactions)).map(|_| ())
-    }
-
-    /// Stops the clock that the firmware's tasks wait for, as if it hung.
-    ///
-    /// # Errors
-    /// An emulator that gave up.
-    pub fn stop_time(&mut self) -> Result<(), BoardError> {
-        self.emulator.ask(Command::StopTime).map(|_| ())
-    }
-
-    /// Writes a word of memory, as a stray pointer would.
-    ///
-    /// # Errors
-    /// An address without memory.
-    pub fn poke(&mut self, address: u32, value: u32) -> Result<(), BoardError> {
-        self.emulator.ask(Command::Poke(address, value)).map(|_| ())
+    /// An emulator that cannot watch it.
+    pub fn watch_framing(&mut self, address: u32) -> Result<(), BoardError> {
+        self.emulator.ask(Command::WatchFraming(address)).map(|_| ())
     }
 
     /// What the run touched that the emulator does not model as the part has it, one sentence each.

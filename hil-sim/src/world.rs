@@ -28,7 +28,8 @@ pub struct World {
     sensors: Sensors,
     /// Milliseconds since the start of the run.
     milliseconds: u64,
-    /// Somebody holds the barrel: time passes, nothing moves.
+    /// Somebody holds the barrel: time passes, nothing moves, and the plant's velocities are those with which it will be let
+    /// go.
     held: bool,
 }
 
@@ -70,7 +71,7 @@ impl World {
 
     /// What the chips read in this servo tick.
     pub fn transducers(&mut self) -> Transducers {
-        self.sensors.transducers(&self.plant)
+        self.sensors.transducers(&self.plant, self.held)
     }
 
     /// The barrel as it stands.
@@ -215,7 +216,8 @@ fn place_weights(plant: &mut Plant, setup: &Setup, sensors: &Sensors) {
     }
     scout.handle(&HostMessage::Restart { seed: setup.seed }, &mut |_| {});
     let x = sensors.clone().inclination(plant);
-    let y = scout.control_step(x).y;
-    let range = setup.values.get(Id::Range);
-    plant.place_weights(y.map(|y| -range * f64::from(y)));
+    scout.control_step(x);
+    let y = scout.telemetry().y;
+    let (range, reach) = (setup.values.get(Id::Range), plant.body().range);
+    plant.place_weights(y.map(|y| (-range * f64::from(y)).clamp(-reach, reach)));
 }

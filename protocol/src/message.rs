@@ -81,8 +81,12 @@ impl HostMessage {
             | HostMessage::Home => {
                 matches!(reply, RobotMessage::State(_) | RobotMessage::Refused(_))
             }
-            HostMessage::SetParameter { .. } | HostMessage::GetParameter { .. } => {
-                matches!(reply, RobotMessage::Parameter { .. } | RobotMessage::Refused(_))
+            // Not another one's value: it may answer a request that was given up.
+            HostMessage::SetParameter { index: asked, .. } | HostMessage::GetParameter { index: asked } => {
+                match reply {
+                    RobotMessage::Parameter { index, .. } => index == asked,
+                    reply => matches!(reply, RobotMessage::Refused(_)),
+                }
             }
             HostMessage::Inclination { .. } => {
                 matches!(reply, RobotMessage::Telemetry(_) | RobotMessage::Refused(_))
@@ -349,6 +353,24 @@ pub enum FaultCode {
     Homing,
 }
 
+impl core::fmt::Display for FaultCode {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            FaultCode::StaleSensor => "a sensor has not been read for too long; look at its wires",
+            FaultCode::ImpossibleSensor => "a sensor reads what no barrel can do",
+            FaultCode::StalledAxis => "an axis is driven but does not follow; is it jammed, or without power?",
+            FaultCode::NonFinite => "a number in the brain is no longer finite",
+            FaultCode::MissedDeadline => "a tick did not finish in time",
+            FaultCode::EmergencyStop => "emergency stop",
+            FaultCode::Panic => "the firmware panicked before its last reset",
+            FaultCode::Watchdog => "the watchdog reset the firmware",
+            FaultCode::BrownOut => "the supply is or was too low; charge the battery",
+            FaultCode::HardFault => "the core took a fault before its last reset",
+            FaultCode::Homing => "an axis does not end where it should: jammed, the wrong way round, or no encoder",
+        })
+    }
+}
+
 /// Why a command was not carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Refusal {
@@ -358,8 +380,12 @@ pub enum Refusal {
     WhileArmed,
     /// Arm before the middle of both axes is known: home first.
     NotHomed,
+    /// Not while the sensors are the host's: what would be calibrated or stored is not the robot's own.
+    WhileSimulated,
     /// The robot has no memory, or it did not take what was written.
     NoMemory,
+    /// The memory is still being written: ask again.
+    Busy,
     /// Simulated sensors sent to a robot that uses its own: send `SimulatedSensors(true)` first.
     OwnSensors,
     /// No parameter has this index.

@@ -1,11 +1,11 @@
 //! Motors and encoders. This is the only place that moves a motor pin, and it takes nothing but what the library's safety
 //! has let through.
 
-use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::gpio::{Level, Output, OutputType, Speed};
 use embassy_stm32::peripherals::{TIM1, TIM3, TIM4};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::CountingMode;
-use embassy_stm32::timer::qei::{self, Qei};
+use embassy_stm32::timer::qei::Qei;
 use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
 use embassy_stm32::{Peri, peripherals};
 use firmware::safety::Outputs;
@@ -58,15 +58,11 @@ impl Axes {
         pwm.ch2().set_duty_cycle(0);
         pwm.ch1().enable();
         pwm.ch2().enable();
-        let pulled_up = || {
-            let mut config = qei::Config::default();
-            (config.ch1_pull, config.ch2_pull) = (Pull::Up, Pull::Up);
-            config
-        };
+        // No pull-ups here: the encoders have their own, to 5 V, which the pins take only without (DS9405, table 17).
         let (timer, a, b) = parts.encoder1;
-        let encoder1 = Qei::new(timer, a, b, pulled_up());
+        let encoder1 = Qei::new(timer, a, b, Default::default());
         let (timer, a, b) = parts.encoder2;
-        let encoder2 = Qei::new(timer, a, b, pulled_up());
+        let encoder2 = Qei::new(timer, a, b, Default::default());
         let last = [encoder1.count(), encoder2.count()];
         Axes { pwm, full, directions, enable, encoders: (encoder1, encoder2), last, counts: [0; 2] }
     }

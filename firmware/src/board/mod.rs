@@ -8,6 +8,7 @@ mod inputs;
 mod lamps;
 pub mod pins;
 mod spi;
+mod supply;
 mod uart;
 
 pub use axes::Axes;
@@ -16,10 +17,12 @@ pub use cpu::{cycles, wake_on_pending};
 pub use inputs::StopInputs;
 pub use lamps::Lamps;
 pub use spi::{FramSpi, Imu};
+pub use supply::Supply;
 pub use uart::Uart;
 
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::timer::vals::Bkp;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{bind_interrupts, dma, pac, peripherals, rcc, usart};
@@ -30,8 +33,9 @@ pub const CORE_HZ: u32 = 168_000_000;
 const CRYSTAL: Hertz = Hertz(8_000_000);
 /// Looks at the debug probe's clock before it is given up: some 100 ms at the 16 MHz of the start.
 const CLOCK_PATIENCE: u32 = 200_000;
-/// Time without a servo tick in time after which the watchdog resets the chip, µs.
-const WATCHDOG: u32 = 20_000;
+/// Time without a servo tick in time after which the watchdog resets the chip, µs: five ticks, of which a bus that hangs takes
+/// two. Its clock is anything from 17 to 47 kHz (data sheet DS9405, section 6.3.12), which makes 3.4 to 9.4 ms of it.
+const WATCHDOG: u32 = 5_000;
 /// Priority of what serves thread mode: below the servo. Its own interrupts keep the highest.
 const BELOW_SERVO: Priority = Priority::P12;
 
@@ -67,6 +71,8 @@ pub struct Board {
     pub lamps: Lamps,
     /// Supply of the motors.
     pub battery: Battery,
+    /// Supply of the microcontroller.
+    pub supply: Supply,
     /// The watchdog, not yet started.
     pub watchdog: Watchdog,
 }
@@ -83,6 +89,7 @@ pub fn start() -> Board {
         encoder2: (p.TIM4, pins.encoder2_a, pins.encoder2_b),
     });
     cpu::start_cycle_counter();
+    watch_clock();
     let board = Board {
         axes,
         imu: spi::imu(p.SPI1, (pins.imu_sck, pins.imu_mosi, pins.imu_miso, pins.imu_select), (p.DMA2_CH3, p.DMA2_CH2)),
@@ -92,13 +99,15 @@ pub fn start() -> Board {
         radio: uart::radio(p.USART2, (pins.radio_rx, pins.radio_tx), (p.DMA1_CH6, p.DMA1_CH5)),
         lamps: Lamps::new(pins.lamp_green, pins.lamp_blue, pins.lamp_red),
         battery: Battery::new(p.ADC1, pins.battery),
+        supply: Supply::new(),
         watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG),
     };
     lower_priorities();
     board
 }
 
-/// 168 MHz from the 8 MHz that the debug probe gives, or from the chip's own 16 MHz where it does not: they are within 1 %.
+/// 168 MHz from the 8 MHz that the debug probe gives, or from the chip's own 16 MHz where it does not: at room temperature these
+/// are within 1 %.
 fn clocks() -> embassy_stm32::Config {
     let mut config = embassy_stm32::Config::default();
     let rcc = &mut config.rcc;
@@ -130,6 +139,19 @@ fn probe_clock_runs() -> bool {
         pac::RCC.cr().modify(|cr| cr.set_hseon(false));
     }
     found
+}
+
+/// From now on a clock of the debug probe that stops takes the motors' outputs away by itself, and the core takes the
+/// non-maskable interrupt (RM0090, sections 6.2.7 and 17.3.12). Without that clock in use it does nothing.
+fn watch_clock() {
+    pac::TIM1.bdtr().modify(|w| {
+        // The break input has no pin here and reads low: it is to be high.
+        w.set_bkp(0, Bkp::ACTIVE_HIGH);
+        w.set_bke(0, true);
+    });
+    if pac::RCC.cr().read().hserdy() {
+        pac::RCC.cr().modify(|cr| cr.set_csson(true));
+    }
 }
 
 /// Puts what serves thread mode below the servo.

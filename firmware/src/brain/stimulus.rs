@@ -119,9 +119,8 @@ impl<W: Scalar, const M: usize> Stimulus<W, M> {
             // The cast saturates: a period of 1 is one turn less 2⁻⁶⁴.
             phase_step: (TURN / drive.period.to_f64()) as u64,
             phase: 0,
-            // ±1000 quarter turns in 2⁻³², then all in 2⁻⁶⁴ of a turn: whole turns fall out at the top. Dividing is exact here and
-            // saves the chip a routine of double precision, as there is one division already.
-            phase_shift: (((drive.phaseshift.to_f64() / QUARTER_TURN_UNIT) as i64) << 30).cast_unsigned(),
+            // ±1000 quarter turns in 2⁻³², then all in 2⁻⁶⁴ of a turn: whole turns fall out at the top.
+            phase_shift: ((times_2_to_32(drive.phaseshift.to_f64()) as i64) << 30).cast_unsigned(),
             memory,
             // Not 1 − a²: that cancels where a is close to 1. Neither factor is negative.
             innovation: ((W::one() - memory) * (W::one() + memory)).sqrt(),
@@ -168,8 +167,12 @@ impl<W: Scalar, const M: usize> Default for Stimulus<W, M> {
 
 /// 2⁶⁴, one turn in units of the phase.
 const TURN: f64 = 18_446_744_073_709_551_616.0;
-/// 2⁻³².
-const QUARTER_TURN_UNIT: f64 = 1.0 / 4_294_967_296.0;
+/// 2³² x, by its exponent, which saves the chip a routine of double precision. For x that is finite; what is too small to have
+/// an exponent stays next to nothing.
+fn times_2_to_32(x: f64) -> f64 {
+    const EXPONENT: u32 = f64::MANTISSA_DIGITS - 1;
+    if x == 0.0 { x } else { f64::from_bits(x.to_bits().wrapping_add(32 << EXPONENT)) }
+}
 
 /// A uniform number of mean 0 and variance 1, in ±√3, from 32 random bits. It passes through 24
 /// bits, exact in `f32`: the noise is the same in every scalar but for rounding.

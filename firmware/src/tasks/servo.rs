@@ -11,7 +11,7 @@ use firmware::timing::SERVO_HZ;
 use protocol::message::{Refusal, SafetyState};
 use protocol::{HostMessage, RobotMessage};
 
-use crate::board::{Axes, Imu, StopInputs, Watchdog};
+use crate::board::{Axes, Imu, StopInputs, Supply, Watchdog};
 use crate::tasks::pace::Pace;
 use crate::tasks::shared::{
     AWAKE, BATTERY, ERRANDS, FOR_ANSWERS, GARBLED, INBOX, OUTBOX, Outgoing, Port, SHOWN, Shown, UNSENT,
@@ -28,7 +28,14 @@ const IMU_START: u32 = 250;
 
 /// Sensors, robot, motors, every millisecond, for ever.
 #[embassy_executor::task]
-pub async fn servo(mut robot: Robot<Brain>, mut imu: Imu, mut axes: Axes, stop: StopInputs, mut watchdog: Watchdog) {
+pub async fn servo(
+    mut robot: Robot<Brain>,
+    mut imu: Imu,
+    mut axes: Axes,
+    stop: StopInputs,
+    mut supply: Supply,
+    mut watchdog: Watchdog,
+) {
     let mut pace = Pace::every(Duration::from_hz(u64::from(SERVO_HZ)));
     // A sensor that is still starting is not a stale one.
     for _ in 0..IMU_START {
@@ -42,12 +49,15 @@ pub async fn servo(mut robot: Robot<Brain>, mut imu: Imu, mut axes: Axes, stop: 
     let mut meter = LoadMeter::new(board::CORE_HZ);
     let mut deadline_missed = false;
     let mut imu_rest = 0;
+    let mut battery = 0;
     let mut ticks: u32 = 0;
     loop {
         if robot.simulated_sensors() {
             // The host's clock counts: its messages are carried out when they come.
             if let Either::Second((port, message)) = select(pace.tick(), INBOX.receive()).await {
+                let start = board::cycles();
                 serve(&mut robot, port, &message);
+                meter.simulated_tick(start, board::cycles());
                 continue;
             }
         } else {
@@ -72,28 +82,38 @@ pub async fn servo(mut robot: Robot<Brain>, mut imu: Imu, mut axes: Axes, stop: 
                 meter.imu_missed();
             }
         }
-        let battery = BATTERY.load(Relaxed);
+        let measured = match BATTERY.swap(0, Relaxed) {
+            0 => None,
+            millivolts => {
+                battery = millivolts;
+                Some(millivolts)
+            }
+        };
         let tick = robot.servo_tick(&Senses {
             imu: reading,
             encoder: axes.counts(),
             stop_button: stop.button(),
             stop_loop_open: stop.loop_open(),
-            battery_mv: (battery > 0).then_some(battery),
+            battery_mv: measured,
+            supply_low: supply.is_low(),
             deadline_missed,
         });
         axes.drive(tick.outputs, tick.powered);
-        let with_brain = tick.telemetry.is_some();
-        let met = meter.tick(start, board::cycles(), with_brain);
+        let met = meter.tick(start, board::cycles(), tick.stepped);
         deadline_missed = !met;
         if met {
             watchdog.pet();
+        } else {
+            // What was not done in time is not made up for: it would only be late again, and a sensor that is read twice at once
+            // has nothing new.
+            pace.begin_anew();
         }
-        if let Some(telemetry) = tick.telemetry {
-            announce(&RobotMessage::Telemetry(telemetry));
+        if tick.stepped {
+            announce(&RobotMessage::Telemetry(robot.telemetry()));
         }
         ticks = ticks.wrapping_add(1);
         if ticks.is_multiple_of(SERVO_HZ) {
-            vitals(&robot, &mut meter);
+            vitals(&robot, &mut meter, battery);
         }
         show(&robot);
     }
@@ -106,7 +126,7 @@ fn serve(robot: &mut Robot<Brain>, port: Port, message: &HostMessage) {
         && ERRANDS.try_send((port, errand)).is_err()
     {
         // One errand at a time.
-        post(port, Outgoing::Answer(RobotMessage::Refused(Refusal::NoMemory)));
+        post(port, Outgoing::Answer(RobotMessage::Refused(Refusal::Busy)));
     }
 }
 
@@ -128,12 +148,12 @@ fn post(port: Port, message: Outgoing) {
 }
 
 /// The figures of the second that has passed.
-fn vitals(robot: &Robot<Brain>, meter: &mut LoadMeter) {
+fn vitals(robot: &Robot<Brain>, meter: &mut LoadMeter, battery: u16) {
     meter.awake(AWAKE.swap(0, Relaxed));
     let mut vitals = meter.second();
     vitals.homed = robot.homed();
     vitals.simulated_sensors = robot.simulated_sensors();
-    vitals.battery_mv = BATTERY.load(Relaxed);
+    vitals.battery_mv = battery;
     for port in Port::ALL {
         vitals.unsent = port.of(&UNSENT).load(Relaxed);
         vitals.garbled = port.of(&GARBLED).load(Relaxed);

@@ -50,7 +50,7 @@ pub static UNSENT: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 pub static GARBLED: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 /// What the storage is to see to.
 pub static ERRANDS: Channel<CriticalSectionRawMutex, (Port, Errand), 1> = Channel::new();
-/// Supply of the motors, mV; 0 until it is measured.
+/// Supply of the motors as it was measured just now, mV; 0 once that has been taken.
 pub static BATTERY: AtomicU16 = AtomicU16::new(0);
 /// Cycles that the core was awake.
 pub static AWAKE: AtomicU32 = AtomicU32::new(0);

@@ -106,6 +106,8 @@ pub fn explain(refusal: Refusal) -> &'static str {
         Refusal::InFault => "it is in Fault; clear the fault first",
         Refusal::WhileArmed => "not while it is Armed; disarm first",
         Refusal::NotHomed => "the middle of its axes is not known yet; home first",
+        Refusal::WhileSimulated => "its sensors are the simulation's; end that first",
+        Refusal::Busy => "its memory is still being written; ask again",
         Refusal::NoMemory => "it has no memory, or the memory did not take it",
         Refusal::OwnSensors => "it uses its own sensors; switch it to simulated sensors first",
         Refusal::UnknownParameter => "it has no such parameter; host and firmware differ in version",

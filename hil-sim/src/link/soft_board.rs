@@ -48,8 +48,8 @@ impl<S: Scalar> Board for SoftBoard<S> {
             battery_mv: Some(BATTERY),
             ..Senses::default()
         });
-        if let Some(telemetry) = tick.telemetry {
-            let frame = RobotMessage::Telemetry(telemetry);
+        if tick.stepped {
+            let frame = RobotMessage::Telemetry(self.robot.telemetry());
             from_robot.extend_from_slice(self.port.announce(&frame, &mut [0; MAX_FRAME]));
         }
         Ok(tick.outputs.duty())

@@ -4,6 +4,7 @@
 use super::fram::Fram;
 use super::wire::Wire;
 use rigless::chip::icm42688p::Icm42688p;
+use rigless::chip::uart::Rate;
 use rigless::device::Level;
 use rigless::edge::Pulse;
 use rigless::machine::{Board, Crystal, Target, armv7m};
@@ -22,13 +23,14 @@ pub const CORE_HZ: u64 = 168_000_000;
 
 /// The clock that the debug probe gives.
 const CRYSTAL_HZ: u64 = 8_000_000;
-/// The microcontroller's supply.
+/// The microcontroller's supply at power-on.
 const RAIL_MV: u32 = 3300;
 const NAME: &str = "barrel";
 const MCU: &str = "stm32f427";
 /// SPI1 and SPI3.
-const IMU_BUS: usize = 0;
-const FRAM_BUS: usize = 2;
+pub const IMU_BUS: usize = 0;
+/// As above.
+pub const FRAM_BUS: usize = 2;
 /// USART3 is the virtual COM port, USART2 the radio.
 const UARTS: [usize; 2] = [2, 1];
 /// TIM1 among the advanced timers; TIM3 and TIM4 among the others.
@@ -42,6 +44,8 @@ const ENABLE: u8 = 10;
 const STOP_LOOP: u8 = 13;
 const STOP_BUTTON: u8 = 13;
 const LAMPS: [u8; 3] = [0, 7, 14];
+/// Counts that an encoder turns in a millisecond at most: 15 km/s.
+const FASTEST: i64 = 100_000;
 /// The supply's divider on PA3, in tenths: 47 kΩ and 10 kΩ.
 const DIVIDER: u32 = 57;
 const BATTERY_CHANNEL: u8 = 3;
@@ -94,20 +98,37 @@ impl Barrel {
         let _ = self.mcu.spi[IMU_BUS].silence(0, silent);
     }
 
-    /// Loses the next so many transactions with the inertial sensor.
-    pub fn lose_imu(&mut self, transactions: u32) {
-        self.lose(IMU_BUS, transactions);
-    }
-
-    /// Loses the next so many transactions with the FRAM.
-    pub fn lose_fram(&mut self, transactions: u32) {
-        self.lose(FRAM_BUS, transactions);
-    }
-
-    fn lose(&mut self, bus: usize, transactions: u32) {
+    /// Loses the next so many transactions on a bus.
+    pub fn lose(&mut self, bus: usize, transactions: u32) {
         if let Some(place) = self.mcu.spi[bus].place_mut(0) {
             (0..transactions).for_each(|_| place.drop_next());
         }
+    }
+
+    /// Flips bits of the next byte that the chip on a bus answers.
+    pub fn flip(&mut self, bus: usize, bits: u8) {
+        if let Some(place) = self.mcu.spi[bus].place_mut(0) {
+            place.flip(u64::from(bits));
+        }
+    }
+
+    /// Has so many bytes in a million arrive at the UARTs with noise, and as many with a framing error.
+    pub fn garble_uarts(&mut self, per_million: u32) {
+        for uart in UARTS {
+            let errors = self.mcu.usart[uart].errors_mut();
+            errors.noise = Rate { name: "noise", per_million };
+            errors.framing = Rate { name: "framing", per_million };
+        }
+    }
+
+    /// Stops the clock of the debug probe.
+    pub fn fail_clock(&mut self, at: VirtualNanos) {
+        self.mcu.drive_clocks(at, |rcc, registers, context| rcc.fail_hse(registers, context));
+    }
+
+    /// Supply of the microcontroller, mV.
+    pub fn set_supply(&mut self, millivolts: u32) {
+        self.mcu.set_supply(millivolts);
     }
 
     /// The memory of parameters and calibration.
@@ -126,8 +147,10 @@ impl Barrel {
         }
     }
 
-    /// Turns an encoder to a count, one quadrature edge a count: A leads B.
+    /// Turns an encoder to a count, one quadrature edge a count: A leads B. An encoder that is to turn further in a millisecond
+    /// than any motor can is that of a world that broke down, which its run is about to notice: it stays behind.
     pub fn turn(&mut self, at: VirtualNanos, which: usize, to: i64) {
+        let to = to.clamp(self.shaft[which] - FASTEST, self.shaft[which] + FASTEST);
         while self.shaft[which] != to {
             let next = self.shaft[which] + (to - self.shaft[which]).signum();
             let (before, after) = (phases(self.shaft[which]), phases(next));

@@ -1,8 +1,8 @@
 //! Runs the emulator on a thread of its own, a millisecond at a time: it asks at every stop what to do next, and waits.
 
-use super::board::Barrel;
-use super::{BoardError, Pins, Signals};
-use rigless::emulator::{Driver, Host, Settled, Start, Stop, run};
+use super::board::{Barrel, FRAM_BUS, IMU_BUS};
+use super::{BoardError, Pins, Signals, Trouble};
+use rigless::emulator::{Driver, Host, Settled, Start, Stop, Watch, run};
 use rigless::image::{self, Image};
 use rigless::mcu::Operate;
 use rigless::session::Session;
@@ -24,6 +24,12 @@ const TIM5_DIER: u64 = 0x4000_0C0C;
 /// motor, the first one that it writes.
 const TIM4_CNT: u64 = 0x4000_0824;
 const TIM1_CCR1: u64 = 0x4001_0034;
+/// Where PE10, the drivers' enable, is set and cleared.
+const GPIOE_BSRR: u64 = 0x4002_1018;
+const ENABLE: u64 = 1 << 10;
+/// Data register of SPI3, the FRAM's bus; control register of DMA1's stream 3, which carries frames to the virtual COM port.
+const SPI3_DR: u64 = 0x4000_3C0C;
+const DMA1_S3CR: u64 = 0x4002_6058;
 
 /// What to do at a stop.
 pub enum Command {
@@ -33,18 +39,12 @@ pub enum Command {
     Snapshot,
     /// Pull the reset pin.
     Reset,
-    /// Lose so many transactions with the inertial sensor.
-    LoseImu(u32),
-    /// Lose so many transactions with the FRAM.
-    LoseFram(u32),
-    /// Take the power from the FRAM after so many bytes written.
-    CutFram(u32),
+    /// Make something go wrong.
+    Trouble(Trouble),
     /// What the FRAM holds.
     Fram,
-    /// Stop the servo's clock, as a firmware that hangs would.
-    StopTime,
-    /// Write a word of memory, as a stray pointer would.
-    Poke(u32, u32),
+    /// Count the instructions of a frame from this address on.
+    WatchFraming(u32),
     /// What the emulator could not do as the part does it.
     Gaps,
 }
@@ -138,6 +138,10 @@ fn emulate(
         instructions: 0,
         sensed: None,
         servo_instructions: None,
+        framed: None,
+        framing_instructions: None,
+        enabled_meanwhile: false,
+        stopped_time: 0,
         resets: 0,
         stepped: true,
         firmware,
@@ -167,6 +171,13 @@ struct LockStep {
     /// Instructions executed when the encoders were last read, since the start.
     sensed: Option<u64>,
     servo_instructions: Option<u64>,
+    /// Instructions executed when the framing of a message was last begun, since the start.
+    framed: Option<u64>,
+    framing_instructions: Option<u64>,
+    /// The drivers were told to be enabled in this millisecond.
+    enabled_meanwhile: bool,
+    /// The interrupts of the servo's clock, while that stands still.
+    stopped_time: u64,
     resets: usize,
     /// The last command was a step, and its pins are to be reported.
     stepped: bool,
@@ -177,21 +188,31 @@ struct LockStep {
 
 impl Store for LockStep {
     fn store(&self, to: &mut Writer) -> Result<(), snapshot::Error> {
-        to.put(&(self.steps, self.instructions, self.sensed, self.servo_instructions, self.resets))
+        to.put(&(self.steps, self.instructions, self.sensed, self.servo_instructions, self.resets))?;
+        to.put(&(self.framed, self.framing_instructions, self.enabled_meanwhile, self.stopped_time))
     }
 
     fn load(&mut self, from: &mut Reader) -> Result<(), snapshot::Error> {
         (self.steps, self.instructions, self.sensed, self.servo_instructions, self.resets) = from.take()?;
+        (self.framed, self.framing_instructions, self.enabled_meanwhile, self.stopped_time) = from.take()?;
         Ok(())
     }
 }
 
 impl Driver<Barrel> for LockStep {
-    /// Counts the instructions of the servo tick, and mends one thing: the timer's model raises its compare flags when embassy's
+    /// Counts the instructions of the servo tick and of a frame, notes what the drivers are told, pulls the reset pin in the middle of
+    /// a write where that is wanted, and mends one thing: the timer's model raises its compare flags when embassy's
     /// time driver loads its registers at the start, with the counter and the compare values all 0, which no chip does; the
     /// driver's period would be one ahead for good. The flags are cleared where the chip has none.
-    fn on_settled(&mut self, session: &mut Session<Barrel>, _host: &mut dyn Host, settled: Settled) {
-        let Settled::Access { access, .. } = settled else { return };
+    fn on_settled(&mut self, session: &mut Session<Barrel>, host: &mut dyn Host, settled: Settled) {
+        let access = match settled {
+            Settled::Access { access, .. } => access,
+            Settled::Hit(hit) => {
+                self.framed = Some(hit.instruction_count);
+                return;
+            }
+            _ => return,
+        };
         match access.address {
             TIM5_EGR => {
                 let _ = session.board_mut().mcu().write(access.virtual_time, TIM5_SR, Width::W32, 0);
@@ -200,6 +221,17 @@ impl Driver<Barrel> for LockStep {
             TIM1_CCR1 => {
                 let sensed = self.sensed.take();
                 self.servo_instructions = sensed.map(|count| access.instruction_count - count);
+            }
+            GPIOE_BSRR => self.enabled_meanwhile |= access.value & ENABLE != 0,
+            SPI3_DR => {
+                if session.board_mut().fram().take_reset() {
+                    session.reset_by_pin(access.virtual_time, access.instruction_count, host);
+                }
+            }
+            DMA1_S3CR => {
+                if let Some(begun) = self.framed.take() {
+                    self.framing_instructions = Some(access.instruction_count - begun);
+                }
             }
             _ => {}
         }
@@ -230,26 +262,14 @@ impl Driver<Barrel> for LockStep {
                     session.reset_by_pin(stop.at, stop.instruction_count, host);
                     Reply::Done
                 }
-                Command::LoseImu(count) => {
-                    session.board_mut().lose_imu(count);
-                    Reply::Done
-                }
-                Command::LoseFram(count) => {
-                    session.board_mut().lose_fram(count);
-                    Reply::Done
-                }
-                Command::CutFram(bytes) => {
-                    session.board_mut().fram().cut_after(bytes);
-                    Reply::Done
-                }
-                Command::Fram => Reply::Bytes(session.board_mut().fram().contents()),
-                Command::StopTime => match session.board_mut().mcu().write(stop.at, TIM5_DIER, Width::W32, 0) {
-                    Ok(_) => Reply::Done,
-                    Err(error) => Reply::Failed(format!("{error:?}")),
-                },
-                Command::Poke(address, value) => match host.write(u64::from(address), Width::W32, u64::from(value)) {
+                Command::Trouble(trouble) => match self.trouble(session, stop, host, trouble) {
                     Ok(()) => Reply::Done,
-                    Err(error) => Reply::Failed(error.to_string()),
+                    Err(why) => Reply::Failed(why),
+                },
+                Command::Fram => Reply::Bytes(session.board_mut().fram().contents()),
+                Command::WatchFraming(address) => match host.watch(Watch::Instruction(u64::from(address))) {
+                    true => Reply::Done,
+                    false => Reply::Failed(format!("{address:#x} cannot be watched")),
                 },
                 Command::Gaps => Reply::Lines(gaps(session)),
             };
@@ -273,11 +293,47 @@ impl LockStep {
         }
         board.drive_stop(at, signals.stop_button, signals.stop_loop_open);
         board.set_battery(signals.battery_mv);
+        board.set_supply(signals.supply_mv);
         board.silence_imu(signals.imu_silent);
         let [x, y, z] = signals.accelerometer.map(micro_g);
         board.imu().set_acceleration(x, y, z);
         let [x, y, z] = signals.gyroscope.map(milli_degrees);
         board.imu().set_rate(x, y, z);
+    }
+
+    /// Makes something go wrong.
+    fn trouble(
+        &mut self,
+        session: &mut Session<Barrel>,
+        stop: Stop,
+        host: &mut dyn Host,
+        trouble: Trouble,
+    ) -> Result<(), String> {
+        let board = session.board_mut();
+        match trouble {
+            Trouble::LoseImu(count) => board.lose(IMU_BUS, count),
+            Trouble::LoseFram(count) => board.lose(FRAM_BUS, count),
+            Trouble::FlipImu(bits) => board.flip(IMU_BUS, bits),
+            Trouble::FlipFram(bits) => board.flip(FRAM_BUS, bits),
+            Trouble::CutFram(bytes) => board.fram().cut_after(bytes),
+            Trouble::ResetInWrite(bytes) => board.fram().reset_after(bytes),
+            Trouble::GarbleUarts(per_million) => board.garble_uarts(per_million),
+            Trouble::FailClock => board.fail_clock(stop.at),
+            Trouble::StopTime => {
+                let enabled = board.mcu().read(stop.at, TIM5_DIER, Width::W32);
+                self.stopped_time = enabled.map_err(|error| format!("{error:?}"))?;
+                board.mcu().write(stop.at, TIM5_DIER, Width::W32, 0).map_err(|error| format!("{error:?}"))?;
+            }
+            Trouble::ResumeTime => {
+                let enabled = self.stopped_time;
+                board.mcu().write(stop.at, TIM5_DIER, Width::W32, enabled).map_err(|error| format!("{error:?}"))?;
+            }
+            Trouble::Poke(address, value) => {
+                let written = host.write(u64::from(address), Width::W32, u64::from(value));
+                written.map_err(|error| error.to_string())?;
+            }
+        }
+        Ok(())
     }
 
     fn pins(&mut self, session: &mut Session<Barrel>, stop: Stop) -> Pins {
@@ -291,10 +347,12 @@ impl LockStep {
             duty: if enabled { duty } else { [0.0; 2] },
             pwm: duty,
             enabled,
+            enabled_meanwhile: std::mem::take(&mut self.enabled_meanwhile),
             lamps: board.lamps(),
             from_robot: [0, 1].map(|which| std::mem::take(&mut board.wire(which).from_mcu)),
             instructions,
             servo_instructions: self.servo_instructions.take(),
+            framing_instructions: self.framing_instructions.take(),
             resets,
             fram_cut: board.fram().is_cut(),
         }

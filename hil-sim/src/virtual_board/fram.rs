@@ -22,6 +22,10 @@ pub struct Fram {
     until_cut: Option<u32>,
     /// The power has gone.
     cut: bool,
+    /// Bytes that may still be written until somebody pulls the reset pin.
+    until_reset: Option<u32>,
+    /// Now is the moment.
+    reset: bool,
     /// Bytes into the select cycle, and its command.
     position: u32,
     command: u32,
@@ -31,7 +35,16 @@ impl Fram {
     /// A chip whose array holds `contents` from address 0 on, and zeros behind.
     pub fn with(contents: Vec<u8>) -> Self {
         let chip = Fm25v02::new();
-        Fram { chip, contents: Some(contents), until_cut: None, cut: false, position: 0, command: 0 }
+        Fram {
+            chip,
+            contents: Some(contents),
+            until_cut: None,
+            cut: false,
+            until_reset: None,
+            reset: false,
+            position: 0,
+            command: 0,
+        }
     }
 
     /// What the array holds.
@@ -52,6 +65,16 @@ impl Fram {
         self.cut
     }
 
+    /// Has the reset pin pulled after so many more bytes written.
+    pub fn reset_after(&mut self, bytes: u32) {
+        self.until_reset = Some(bytes);
+    }
+
+    /// Whether now is the moment; once.
+    pub fn take_reset(&mut self) -> bool {
+        std::mem::take(&mut self.reset)
+    }
+
     fn fill(&mut self, contents: &[u8], context: &mut Timeline<'_, '_>) {
         let length = contents.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
         let data = contents[..length].iter().map(|byte| u32::from(*byte));
@@ -65,14 +88,31 @@ impl Fram {
     }
 }
 
+/// Counts one byte; whether it is the one that was waited for.
+fn passed(until: &mut Option<u32>) -> bool {
+    match until {
+        Some(0) => {
+            *until = None;
+            true
+        }
+        Some(left) => {
+            *left -= 1;
+            false
+        }
+        None => false,
+    }
+}
+
 impl Store for Fram {
     fn store(&self, to: &mut Writer) -> Result<(), Error> {
-        to.put(&(&self.contents, self.until_cut, self.cut, self.position, self.command))?;
+        to.put(&(&self.contents, self.until_cut, self.cut, self.until_reset, self.reset))?;
+        to.put(&(self.position, self.command))?;
         self.chip.store(to)
     }
 
     fn load(&mut self, from: &mut Reader) -> Result<(), Error> {
-        (self.contents, self.until_cut, self.cut, self.position, self.command) = from.take()?;
+        (self.contents, self.until_cut, self.cut, self.until_reset, self.reset) = from.take()?;
+        (self.position, self.command) = from.take()?;
         self.chip.load(from)
     }
 }
@@ -97,15 +137,12 @@ impl Peer for Fram {
         }
         self.position += 1;
         // The command and two bytes of address come before the data.
-        if self.command == WRITE
-            && self.position > 3
-            && let Some(left) = &mut self.until_cut
-        {
-            if *left == 0 {
+        if self.command == WRITE && self.position > 3 {
+            if passed(&mut self.until_cut) {
                 self.cut = true;
                 return 0;
             }
-            *left -= 1;
+            self.reset |= passed(&mut self.until_reset);
         }
         self.chip.transfer(mosi, bits, context)
     }

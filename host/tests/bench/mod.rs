@@ -141,8 +141,8 @@ impl Device for BenchRobot {
                 ..Senses::default()
             });
             self.world.advance(1, Motors::Duty(tick.outputs.duty().map(f64::from)));
-            if let Some(telemetry) = tick.telemetry {
-                self.announce(&RobotMessage::Telemetry(telemetry), out);
+            if tick.stepped {
+                self.announce(&RobotMessage::Telemetry(self.robot.telemetry()), out);
             }
             if self.ticks.is_multiple_of(1000) {
                 let vitals = Vitals {
