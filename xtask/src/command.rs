@@ -66,7 +66,7 @@ pub fn succeeds(program: &str, arguments: &[&str]) -> bool {
 pub fn run_watched(
     command: &mut Command,
     patience: Duration,
-    progress: impl Fn() -> u64,
+    mut progress: impl FnMut() -> u64,
     log: &Path,
 ) -> Result<(), String> {
     let line = line(command);

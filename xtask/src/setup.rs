@@ -12,13 +12,36 @@ use crate::toolchain::{TARGETS, Toolchain};
 /// For how long a download may stand still. A server out of reach can be a silent one.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// Programs that a person has to install, what they are for and where they come from. To be without one is no error here:
+/// the tests need no probe-rs, and this very program has been linked by something.
+const PROGRAMS: [(&str, &str); 2] = [
+    ("cc", "the C compiler, by which everything is linked; on Debian and Ubuntu it is in the package build-essential"),
+    ("probe-rs", "only needed to flash a board and to see its logs; docs/flashing.md says how to get it"),
+];
+
 /// Everything that the tests and the image need.
 ///
 /// # Errors
 /// When something is missing and cannot be had; with what to do about it.
 pub fn everything() -> Result<(), String> {
-    let (tools, targets) = (components(), targets());
-    tools.and(targets)
+    programs();
+    let failed: Vec<String> = [components(), targets()].into_iter().filter_map(Result::err).collect();
+    match failed.is_empty() {
+        true => Ok(()),
+        false => Err(failed.join("\n")),
+    }
+}
+
+/// Says which of [`PROGRAMS`] are there.
+fn programs() {
+    for (program, what) in PROGRAMS {
+        match command::succeeds(program, &["--version"]) {
+            true => eprintln!("    present: {program}"),
+            // Where the system's linker has another name, that is as it should be.
+            false if program == "cc" && !cfg!(unix) => {}
+            false => eprintln!("    missing: {program}, {what}"),
+        }
+    }
 }
 
 /// The parts of the toolchain that the tests call.

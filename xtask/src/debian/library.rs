@@ -55,9 +55,17 @@ pub fn build(toolchain: &Toolchain, prefix: &Path, work: &Path) -> Result<(), St
     for variable in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_TARGET_DIR", "RUSTC_WRAPPER"] {
         cargo.env_remove(variable);
     }
-    // It says something all the time, which its log shows.
+    // It says something all the time, which its log shows; where it is, is for the person as well.
     let log = work.join("library.log");
-    let progress = || log.metadata().map_or(0, |file| file.len());
+    let mut shown = 0;
+    let progress = || {
+        let said = fs::read_to_string(&log).unwrap_or_default();
+        for part in parts(&said).skip(shown) {
+            eprintln!("        {part}");
+            shown += 1;
+        }
+        said.len() as u64
+    };
     command::run_watched(&mut cargo, Duration::from_secs(600), progress, &log)?;
 
     for target in TARGETS {
@@ -86,6 +94,13 @@ pub fn prove(toolchain: &Toolchain, target: &str, work: &Path) -> Result<(), Str
     rustc.args(["--edition", "2024", "-O", "-Cpanic=abort", "--target", target]).arg(&crate_root);
     rustc.arg("-o").arg(work.join(format!("proof-{target}")));
     command::read(&mut rustc).map(|_| ())
+}
+
+/// What cargo says that it compiles, without the folder. Its last line may not be whole yet.
+fn parts(said: &str) -> impl Iterator<Item = &str> {
+    let whole = said.rfind('\n').map_or("", |end| &said[..end]);
+    let parts = whole.lines().filter_map(|line| line.trim_start().strip_prefix("Compiling "));
+    parts.map(|part| part.split(" (").next().unwrap_or(part))
 }
 
 /// The folder `library` of the compiler's source.
@@ -141,4 +156,16 @@ fn without_c(manifest: &Path) -> Result<(), String> {
 
 fn write(file: &Path, text: &str) -> Result<(), String> {
     fs::write(file, text).map_err(|why| format!("{}: {why}", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_shown_once_their_line_is_whole() {
+        let said = "warning: x\n   Compiling core v0.0.0 (/library/core)\n   Compiling cfg v1.0.0\n   Compiling al";
+        assert_eq!(parts(said).collect::<Vec<_>>(), ["core v0.0.0", "cfg v1.0.0"]);
+        assert_eq!(parts("   Compiling co").count(), 0);
+    }
 }

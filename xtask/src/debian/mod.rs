@@ -64,8 +64,9 @@ fn make_in(part: &Path) -> Result<String, String> {
     let version = packages::fetch(&work)?;
     assemble(&work.join("unpacked"), part)?;
     let toolchain = Toolchain::Made(part.to_path_buf());
-    eprintln!("      the library of {} for {}", toolchain.version()?, TARGETS.join(" and "));
+    eprintln!("      compiling the library of {} for {}", toolchain.version()?, TARGETS.join(" and "));
     library::build(&toolchain, part, &work)?;
+    eprintln!("      compiling and linking a program with it");
     for target in TARGETS {
         library::prove(&toolchain, target, &work)?;
     }

@@ -36,6 +36,7 @@ pub fn fetch(work: &Path) -> Result<String, String> {
         eprintln!("      the machine's lists of packages do not do ({why}); fetching new ones");
         download(&Lists::fetch(&work.join("apt"))?, work)
     })?;
+    eprintln!("      unpacking {} packages", archives.len());
     for archive in archives {
         command::read(Command::new("dpkg").arg("-x").arg(archive).arg(work.join("unpacked")))?;
     }
@@ -50,12 +51,15 @@ fn download(lists: &Lists, work: &Path) -> Result<(String, Vec<PathBuf>), String
     let same = [COMPILER, &library, "libstd-rust-web-dev", "rust-web-src", "rust-web-clippy"];
     let mut wanted: Vec<String> = same.iter().map(|name| format!("{name}={package}")).collect();
     wanted.extend(lists.libraries(&library)?);
-    eprintln!("      downloading {}", wanted.join(" "));
     let folder = work.join("archives");
     // Of an earlier try with other lists.
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|why| format!("{}: {why}", folder.display()))?;
-    command::read(lists.apt("apt-get").arg("download").args(&wanted).current_dir(&folder))?;
+    // One by one: that shows how far it is.
+    for (before, package) in wanted.iter().enumerate() {
+        eprintln!("      downloading {} of {}: {package}", before + 1, wanted.len());
+        command::read(lists.apt("apt-get").args(["download", package]).current_dir(&folder))?;
+    }
     let archives = folder.read_dir().map_err(|why| format!("{}: {why}", folder.display()))?;
     Ok((version, archives.flatten().map(|archive| archive.path()).collect()))
 }
