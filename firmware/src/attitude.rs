@@ -198,25 +198,23 @@ impl ImuMonitor {
         self.same = if self.last == Some(reading) { self.same.saturating_add(1) } else { 0 };
         self.last = Some(reading);
 
-        let knocked = accelerometer.iter().any(|c| at_full_scale(*c));
+        let square = square(accelerometer);
+        let knocked = at_full_scale(accelerometer, square);
         self.saturated = if knocked { self.saturated.saturating_add(1) } else { 0 };
-
-        // Three times 2³⁰ at most.
-        let square: u32 = accelerometer.iter().map(|c| u32::from(c.unsigned_abs()).pow(2)).sum();
         let possible = 819 * 819..=24_576 * 24_576;
         self.no_gravity = if possible.contains(&square) { 0 } else { self.no_gravity.saturating_add(1) };
 
-        let all = |sensor: [i16; 3], count: i16| sensor == [count; 3];
-        if all(accelerometer, i16::MIN) || all(gyroscope, i16::MIN) {
+        let (all_of_accelerometer, all_of_gyroscope) = (uniform(accelerometer), uniform(gyroscope));
+        if all_of_accelerometer == Some(i16::MIN) || all_of_gyroscope == Some(i16::MIN) {
             Err(ImpossibleSensor::NotReady)
-        } else if all(accelerometer, 0) {
+        } else if all_of_accelerometer == Some(0) {
             Err(ImpossibleSensor::BusLow)
-        } else if all(accelerometer, -1) {
+        } else if all_of_accelerometer == Some(-1) {
             // Of the accelerometer only: at rest a gyroscope reads 0, 0, 0 or −1, −1, −1 every so often.
             Err(ImpossibleSensor::BusHigh)
         } else if self.jumped(gyroscope) {
             Ok(None)
-        } else if gyroscope.iter().any(|c| at_full_scale(*c)) || self.saturated > self.patience.saturated {
+        } else if at_full_scale(gyroscope, self::square(gyroscope)) || self.saturated > self.patience.saturated {
             Err(ImpossibleSensor::Saturated)
         } else if self.same > self.patience.stuck {
             Err(ImpossibleSensor::Stuck)
@@ -243,8 +241,20 @@ impl ImuMonitor {
     }
 }
 
-fn at_full_scale(count: i16) -> bool {
-    count.unsigned_abs() >= 32_767
+/// The squares of the counts, summed: three times 2³⁰ at most.
+fn square(counts: [i16; 3]) -> u32 {
+    counts.iter().map(|c| i32::from(*c).pow(2).cast_unsigned()).sum()
+}
+
+/// Whether an axis is at its end; `square` tells at a glance that none is.
+fn at_full_scale(counts: [i16; 3], square: u32) -> bool {
+    const END: u16 = 32_767;
+    square >= (END as u32).pow(2) && counts.iter().any(|c| c.unsigned_abs() >= END)
+}
+
+/// What all three axes read, if they read the same.
+fn uniform([x, y, z]: [i16; 3]) -> Option<i16> {
+    (x == y && y == z).then_some(x)
 }
 
 /// What the estimator is told about the body and how far it trusts its sensors.

@@ -271,7 +271,7 @@ impl Servo {
             let duty = limited(wanted_duty, axis.duty_limit);
             let drive = Drive { force, duty, limited: wanted != force || wanted_duty != duty };
             // A limit would make a number of what is infinite, so what was wanted is looked at.
-            let finite = wanted.is_finite() && wanted_duty.is_finite();
+            let finite = 0.0 * wanted + 0.0 * wanted_duty == 0.0;
             if finite { Ok((wanted, drive)) } else { Err(ServoError::NotFinite) }
         };
         let held = state.integral;

@@ -73,8 +73,7 @@ pub struct Pins {
     pub instructions: u64,
     /// Those from the reading of the encoders to the motors' new duties, if there was a servo tick.
     pub servo_instructions: Option<u64>,
-    /// Those from where [`VirtualBoard::watch_framing`] watches to the start of the frame's transfer to the virtual COM port, if
-    /// there was one.
+    /// Those from where [`VirtualBoard::watch_framing`] watches to when the frame goes to a UART, if one did.
     pub framing_instructions: Option<u64>,
     /// Resets since power-on.
     pub resets: usize,

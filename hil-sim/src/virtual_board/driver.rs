@@ -27,9 +27,11 @@ const TIM1_CCR1: u64 = 0x4001_0034;
 /// Where PE10, the drivers' enable, is set and cleared.
 const GPIOE_BSRR: u64 = 0x4002_1018;
 const ENABLE: u64 = 1 << 10;
-/// Data register of SPI3, the FRAM's bus; control register of DMA1's stream 3, which carries frames to the virtual COM port.
+/// Data register of SPI3, the FRAM's bus.
 const SPI3_DR: u64 = 0x4000_3C0C;
-const DMA1_S3CR: u64 = 0x4002_6058;
+/// The two UARTs, and the DMA that carries frames to them.
+const UARTS: std::ops::Range<u64> = 0x4000_4400..0x4000_4C00;
+const DMA1: std::ops::Range<u64> = 0x4002_6000..0x4002_6400;
 
 /// What to do at a stop.
 pub enum Command {
@@ -228,10 +230,9 @@ impl Driver<Barrel> for LockStep {
                     session.reset_by_pin(access.virtual_time, access.instruction_count, host);
                 }
             }
-            DMA1_S3CR => {
-                if let Some(begun) = self.framed.take() {
-                    self.framing_instructions = Some(access.instruction_count - begun);
-                }
+            address if self.framed.is_some() && (UARTS.contains(&address) || DMA1.contains(&address)) => {
+                let framed = self.framed.take();
+                self.framing_instructions = framed.map(|count| access.instruction_count - count);
             }
             _ => {}
         }
