@@ -5,6 +5,7 @@ use firmware::Robot;
 use hil_sim::link::Direct;
 use hil_sim::run::Run;
 use hil_sim::setup::{BodyKind, Push};
+use hil_sim::world::World;
 use protocol::message::SafetyState;
 
 #[test]
@@ -57,4 +58,33 @@ fn the_inclination_is_known_to_a_few_hundredths_while_it_rolls() {
         assert!(rms < 0.03 && worst < 0.08, "seed {seed}: error {rms:.4} rms, {worst:.4} at most");
         assert_eq!(run.state(), SafetyState::Armed);
     }
+}
+
+#[test]
+fn its_end_blocks_stay_where_homing_looks_for_them_and_the_chapters_go_with_the_range() {
+    let stop = |body, sets: &[(&str, f64)]| setup("homeokinetic", body, 1, sets).plant_body().stop;
+    for range in [0.001, 0.03, 0.06, 0.1, 1.0] {
+        assert_eq!(stop(BodyKind::Tabletop, &[("range", range)]), 0.065, "range {range}");
+    }
+    assert_eq!(stop(BodyKind::Chapter, &[("range", 0.15)]), 0.39 * (0.15 / 0.3));
+    assert_eq!(stop(BodyKind::Chapter, &[("range", 0.45)]), 0.5, "no further than the barrel");
+    let narrow = World::new(setup("homeokinetic", BodyKind::Tabletop, 1, &[("radius", 0.05)]));
+    let why = narrow.expect_err("a barrel without room for its end blocks").to_string();
+    assert_eq!(why, "radius is 0.05: give a value between 0.065 and 10");
+}
+
+#[test]
+fn a_motor_value_beyond_the_rail_is_cut_off_by_the_servo_and_the_run_starts_there() {
+    // Upright on slider 1, the first motor value is near 1: the weight is wanted at twice the length of its rail.
+    let sets = [("range", 0.12), ("phi0", -core::f64::consts::FRAC_PI_2), ("C11", 5.0)];
+    let setup = setup("closed-loop", BodyKind::Tabletop, 1, &sets);
+    let mut run = Run::start(setup, Direct(Robot::<f32>::default())).expect("starts");
+    let start = run.step().expect("goes on");
+    assert!(start.brain.y[0] > 0.9, "{:?}", start.brain.y);
+    assert_eq!(start.plant.weights[0], -0.060);
+    for _ in 0..50 {
+        let weights = run.step().expect("goes on").plant.weights;
+        assert!(weights.iter().all(|s| s.abs() < 0.065), "{weights:?}");
+    }
+    assert_eq!(run.state(), SafetyState::Armed);
 }

@@ -49,9 +49,14 @@ impl Sensors {
         x.map(|x| x as f32)
     }
 
-    /// What the chips read in this servo tick.
-    pub fn transducers(&mut self, plant: &Plant) -> Transducers {
-        let reading = self.imu.read(plant.specific_force(self.imu_position), plant.angular_velocity_body());
+    /// What the chips read in this servo tick, in a barrel that moves by itself or is `held`: turned evenly by hand.
+    pub fn transducers(&mut self, plant: &Plant, held: bool) -> Transducers {
+        let force = if held {
+            plant.specific_force_in_hand(self.imu_position)
+        } else {
+            plant.specific_force(self.imu_position)
+        };
+        let reading = self.imu.read(force, plant.angular_velocity_body());
         let encoder = plant.weights().map(|s| self.encoder.read(s));
         Transducers { accelerometer: reading.accel, gyroscope: reading.gyro, encoder }
     }

@@ -120,15 +120,24 @@ impl Setup {
     }
 
     /// The plant's body with these parameters.
+    ///
+    /// On the tabletop `range` moves nothing but the set points: its end blocks are screwed on where homing looks for
+    /// them. A range beyond its rail is taken, as the robot itself takes it, whose servo cuts off what lies beyond; were
+    /// it refused here, parameters that a robot holds could not be simulated.
     pub fn plant_body(&self) -> Body {
         let mut body = self.body.body();
         let get = |id| self.values.get(id);
-        // The end blocks move with the range that they guard.
-        body.stop *= get(Id::Range) / body.range;
-        body.range = get(Id::Range);
+        let range = get(Id::Range);
         body.radius = get(Id::Radius);
-        // They stay within the barrel, and so does the weight.
-        body.stop = body.stop.min(body.radius).max(body.range);
+        match self.body {
+            // Its end blocks move with the range that they guard, and stay within the barrel.
+            BodyKind::Chapter => {
+                body.stop = (body.stop * (range / body.range)).max(range).min(body.radius);
+                body.range = range;
+            }
+            BodyKind::Tabletop => body.range = range.min(body.range),
+        }
+        // Within the barrel is the weight, too.
         body.weight_radius = body.weight_radius.min(body.radius);
         body.length = get(Id::Length);
         body.shell_mass = get(Id::ShellMass);

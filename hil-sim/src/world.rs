@@ -28,8 +28,7 @@ pub struct World {
     sensors: Sensors,
     /// Milliseconds since the start of the run.
     milliseconds: u64,
-    /// Somebody holds the barrel: time passes, nothing moves, and the plant's velocities are those with which it will be let
-    /// go.
+    /// Somebody has the barrel in hand: nothing moves in it, and it turns evenly, as fast as it will be let go.
     held: bool,
 }
 
@@ -83,6 +82,7 @@ impl World {
     /// the plant's steps.
     pub fn advance(&mut self, milliseconds: u32, command: Command) {
         if self.held {
+            self.plant.carry_on(f64::from(milliseconds) * SERVO_PERIOD);
             return;
         }
         match command {
@@ -149,8 +149,18 @@ impl World {
     /// # Errors
     /// Parameters that make no barrel.
     pub fn hold_at_start(&mut self) -> Result<(), BodyError> {
+        self.hold_before_start(0)
+    }
+
+    /// As [`World::hold_at_start`], so many milliseconds earlier. A barrel that is to start rolling is rolled by hand
+    /// until then, evenly: whoever senses it meanwhile finds a motion that goes on when it is let go, and no jerk either.
+    ///
+    /// # Errors
+    /// Parameters that make no barrel.
+    pub fn hold_before_start(&mut self, milliseconds: u32) -> Result<(), BodyError> {
         self.plant = placed(&self.setup)?;
         place_weights(&mut self.plant, &self.setup, &self.sensors);
+        self.plant.carry_on(-f64::from(milliseconds) * SERVO_PERIOD);
         self.held = true;
         Ok(())
     }

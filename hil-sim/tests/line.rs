@@ -9,6 +9,9 @@ use hil_sim::setup::{BodyKind, Setup};
 use protocol::frame::MAX_FRAME;
 use protocol::message::Vitals;
 use protocol::{HostMessage, RobotMessage, encode};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+use std::time::Duration;
 
 /// A pipe to a robot, on which byte number `lost` of both directions together is lost.
 struct Leaky {
@@ -104,4 +107,124 @@ fn an_answer_that_was_lost_between_other_frames_is_heard_when_it_is_repeated() {
     assert_eq!(answer.message, RobotMessage::Stored);
     assert_eq!(line.lost(), 0, "it has arrived after all");
     assert_eq!(line.overheard(), Some(RobotMessage::Vitals(Vitals::default())));
+}
+
+/// A pipe to a robot that loses one byte in 200, both ways.
+struct Sieve {
+    pipe: InProcess<f32>,
+    random: Pcg32,
+    lost: usize,
+}
+
+impl Sieve {
+    fn carry(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let arrived: Vec<u8> = bytes.iter().filter(|_| !self.random.next_u32().is_multiple_of(200)).copied().collect();
+        self.lost += bytes.len() - arrived.len();
+        arrived
+    }
+}
+
+impl Transport for Sieve {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        let bytes = self.carry(bytes);
+        self.pipe.write(&bytes)
+    }
+
+    fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError> {
+        let mut arrived = Vec::new();
+        self.pipe.read(&mut arrived)?;
+        buffer.extend(self.carry(&arrived));
+        Ok(())
+    }
+}
+
+#[test]
+fn half_a_percent_of_lost_bytes_is_made_good_for_a_minute() {
+    const STEPS: usize = 3000;
+    let (whole, _) = records(BodyKind::Tabletop, STEPS, usize::MAX);
+    let setup = Setup::new(Experiment::find("homeokinetic").expect("an experiment"), BodyKind::Tabletop);
+    let sieve = Sieve { pipe: InProcess::new(Robot::default()), random: Pcg32::seed_from_u64(1), lost: 0 };
+    let mut run = Run::start(setup, Line::new(sieve)).expect("it starts");
+    for (step, record) in whole.iter().enumerate() {
+        let heard = run.step().unwrap_or_else(|error| panic!("step {step}: {error}"));
+        assert!(heard == *record, "step {step} differs");
+    }
+    let lost = run.link_mut().transport_mut().lost;
+    assert!(lost > 10_000, "{lost} bytes lost: the line was too good to prove anything");
+}
+
+/// Nobody is there, and it takes its time to be sure.
+struct Deaf {
+    waited: u32,
+}
+
+impl Transport for Deaf {
+    fn write(&mut self, _: &[u8]) -> Result<(), LinkError> {
+        Ok(())
+    }
+
+    fn read(&mut self, _: &mut Vec<u8>) -> Result<(), LinkError> {
+        self.waited += 1;
+        std::thread::sleep(Duration::from_millis(1));
+        Err(LinkError::NoAnswer)
+    }
+
+    fn patience(&self) -> Option<Duration> {
+        Some(Duration::from_millis(1))
+    }
+}
+
+#[test]
+fn a_deaf_robot_is_given_up_after_not_much_more_than_twenty_times_the_lines_patience() {
+    let mut line = Line::new(Deaf { waited: 0 });
+    assert_eq!(line.request(&HostMessage::Arm), Err(LinkError::NoAnswer));
+    let waited = line.transport_mut().waited;
+    assert!((20..=30).contains(&waited), "{waited} times");
+}
+
+/// A robot that tells its vitals by itself, and is reset after some of them; it answers a hello with the next of them.
+struct Reset {
+    first: u16,
+    sent: u16,
+    ticks: u32,
+    after: u32,
+}
+
+impl Transport for Reset {
+    fn write(&mut self, _: &[u8]) -> Result<(), LinkError> {
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError> {
+        if self.ticks == self.after {
+            self.sent = 0;
+            buffer.push(0);
+        }
+        let vitals = RobotMessage::Vitals(Vitals { ticks: self.ticks, ..Vitals::default() });
+        buffer.extend_from_slice(encode(self.first + self.sent, &vitals, &mut [0; MAX_FRAME]).expect("fits"));
+        (self.sent, self.ticks) = (self.sent + 1, self.ticks + 1);
+        if self.ticks > self.after {
+            self.first = 0;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_robot_that_is_reset_early_is_heard_from_its_first_word_on() {
+    // It may have been heard from its start, or only from some frame on.
+    for first in [0, 5] {
+        for after in [1, 20, 31, 32, 33, 100] {
+            let mut line = Line::new(Reset { first, sent: 0, ticks: 0, after });
+            for expected in 0..after + 50 {
+                match line.listen().expect("a line") {
+                    Some(RobotMessage::Vitals(vitals)) => {
+                        assert_eq!(vitals.ticks, expected, "from {first}, reset after {after}");
+                    }
+                    other => panic!("{other:?}"),
+                }
+            }
+            assert_eq!(line.lost(), 0, "from {first}, reset after {after}");
+        }
+    }
 }

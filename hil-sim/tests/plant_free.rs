@@ -472,3 +472,40 @@ fn an_accelerometer_at_rest_sees_gravity_and_a_rolling_one_more() {
     println!("line {a:?}, all freedoms {b:?}");
     assert!((0..3).all(|i| (a[i] - b[i]).abs() < 0.1), "{a:?} and {b:?}");
 }
+
+#[test]
+fn a_barrel_turned_evenly_by_hand_moves_and_feels_as_one_that_rolls_or_spins_evenly_by_itself() {
+    let mut body = Body::tabletop();
+    // Nothing brakes it and nothing in it is out of balance.
+    (body.friction, body.rolling_resistance, body.weight_mass) = (0.0, 0.0, 0.0);
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-9);
+    let lying = Start::Lying { phi: 0.3, omega: 5.0 };
+    let mut rolls = Plant::new(body.clone(), lying).expect("a valid body");
+    let mut carried = rolls.clone();
+    rolls.advance(0.1);
+    carried.carry_on(0.1);
+    assert!((carried.phi() - 0.8).abs() < 1e-12 && (carried.phi() - rolls.phi()).abs() < 1e-9);
+    assert!(near(carried.position(), rolls.position()));
+    let force = |plant: &Plant| plant.specific_force(plant.body().imu_position);
+    let in_hand = |plant: &Plant| plant.specific_force_in_hand(plant.body().imu_position);
+    assert!(near(in_hand(&carried), force(&rolls)), "{:?} and {:?}", in_hand(&carried), force(&rolls));
+
+    // In the air, tilted and spinning about its own axis; there an accelerometer misses gravity and a hand does not.
+    let (lean, tilt) = (libm::sincos(0.2), libm::sincos(0.4));
+    let spinning = Start::Free {
+        position: [0.0, 0.0, 100.0],
+        orientation: [lean.1, lean.0, 0.0, 0.0],
+        velocity: [0.0; 3],
+        angular_velocity: [0.0, 5.0 * tilt.1, 5.0 * tilt.0],
+    };
+    let mut spins = Plant::new(body, spinning).expect("a valid body");
+    let mut carried = spins.clone();
+    spins.advance(0.1);
+    carried.carry_on(0.1);
+    assert!((carried.phi() - 0.5).abs() < 1e-12 && (carried.phi() - spins.phi()).abs() < 1e-9);
+    let weight = carried.axes().map(|axis| 9.81 * axis[2]);
+    let felt = force(&spins);
+    assert!(near(in_hand(&carried), std::array::from_fn(|i| felt[i] + weight[i])), "{:?}", in_hand(&carried));
+    carried.carry_on(-0.1);
+    assert!(carried.phi().abs() < 1e-12 && (carried.tilt() - 0.4).abs() < 1e-12);
+}

@@ -214,6 +214,57 @@ fn a_lost_frame_that_arrives_after_all_is_heard_once_and_no_longer_lost() {
     assert_eq!(numbering.lost(), 97);
 }
 
+fn hello() -> RobotMessage {
+    robot_messages()[0]
+}
+
+#[test]
+fn a_parameter_answers_only_those_who_asked_for_it() {
+    let answer = RobotMessage::Parameter { index: 3, value: 0.5 };
+    for (index, answered) in [(3, true), (4, false)] {
+        assert_eq!(HostMessage::GetParameter { index }.is_answered_by(&answer), answered);
+        assert_eq!(HostMessage::SetParameter { index, value: 1.0 }.is_answered_by(&answer), answered);
+        let refused = RobotMessage::Refused(Refusal::BadValue);
+        assert!(HostMessage::SetParameter { index, value: 1.0 }.is_answered_by(&refused));
+    }
+}
+
+#[test]
+fn what_was_lost_before_a_robots_hello_is_counted() {
+    let vitals = RobotMessage::Vitals(busiest());
+    let mut numbering = Numbering::default();
+    assert_eq!(numbering.heard(7, &hello()), Arrival::New { lost: 0 }, "whoever comes in late has missed nothing");
+    assert_eq!(numbering.heard(8, &vitals), Arrival::New { lost: 0 });
+    assert_eq!(numbering.heard(5009, &hello()), Arrival::New { lost: 5000 });
+    assert_eq!(numbering.heard(5010, &hello()), Arrival::New { lost: 0 });
+    assert_eq!(numbering.lost(), 5000);
+}
+
+#[test]
+fn a_robots_hello_under_a_number_that_has_passed_is_of_a_robot_that_was_reset() {
+    let vitals = RobotMessage::Vitals(busiest());
+    for before in [1, 20, 32, 33, 5000] {
+        let mut numbering = Numbering::default();
+        (0..=before).for_each(|number| assert_eq!(numbering.heard(number, &vitals), Arrival::New { lost: 0 }));
+        assert_eq!(numbering.heard(1, &hello()), Arrival::Restarted, "reset after {before}");
+        assert_eq!(numbering.heard(2, &vitals), Arrival::New { lost: 0 });
+        assert_eq!(numbering.lost(), 0);
+    }
+}
+
+#[test]
+fn a_hosts_hello_begins_its_numbers_anew_and_is_always_carried_out() {
+    let (hello, other) = (host_messages()[0], HostMessage::Arm);
+    let mut numbering = Numbering::default();
+    assert_eq!(numbering.heard(7, &other), Arrival::New { lost: 0 });
+    for number in [7, 7, 30_000, 3] {
+        assert_ne!(numbering.heard(number, &hello), Arrival::Again);
+        assert_eq!(numbering.heard(number + 1, &other), Arrival::New { lost: 0 });
+        assert_eq!(numbering.heard(number + 1, &other), Arrival::Again);
+    }
+    assert_eq!(numbering.lost(), 0);
+}
+
 proptest! {
     #[test]
     fn the_decoder_is_in_step_one_frame_after_any_garbage(

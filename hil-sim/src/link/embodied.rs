@@ -7,7 +7,7 @@ use crate::record::PlantRecord;
 use crate::run::RunError;
 use crate::world::{Command, World, parameter_messages};
 use firmware::timing::SERVO_TICKS;
-use protocol::message::{SafetyState, Transducers, Vitals};
+use protocol::message::{Refusal, SafetyState, Transducers, Vitals};
 use protocol::{HostMessage, RobotMessage};
 use std::collections::VecDeque;
 
@@ -27,9 +27,10 @@ pub trait Board {
 }
 
 /// Servo periods after which an unanswered request is sent again.
-const PATIENCE: u32 = 200;
-/// How often a request is sent.
-const ATTEMPTS: u32 = 4;
+const PATIENCE: u32 = 50;
+/// How often a request is sent. A start makes more than a hundred, and on a line that loses one byte in 200 every
+/// third exchange may fail.
+const ATTEMPTS: u32 = 20;
 /// Servo periods between two looks at a robot that is homing.
 const HOMING_LOOK: u32 = 100;
 /// Servo periods after which homing should be over.
@@ -95,11 +96,7 @@ impl<B: Board> Embodied<B> {
         let mut said = Vec::new();
         for byte in bytes {
             self.memory.byte();
-            let message = self.wire.push(byte);
-            if byte == 0 {
-                self.memory.end_frame();
-            }
-            match message {
+            match self.wire.push(byte) {
                 Some(Ok(RobotMessage::Telemetry(telemetry))) => {
                     self.steps.push_back(Step { telemetry, plant: self.memory.at(telemetry.tick) });
                 }
@@ -115,14 +112,30 @@ impl<B: Board> Embodied<B> {
                 // Counted by the wire: a request is repeated, a lost step is a gap.
                 Some(Err(_)) | None => {}
             }
+            if byte == 0 {
+                self.memory.end_frame();
+            }
         }
         Ok(said)
     }
 
-    /// Drives the weights to their stops and back to the middle, the barrel lying on the floor.
+    /// Demands something that a robot in Fault refuses; the error then says what the fault is.
+    fn insist(&mut self, message: &HostMessage, world: &mut World) -> Result<(), LinkError> {
+        let refused = match demand(self.request(message, world)) {
+            Err(refused @ LinkError::Refused(Refusal::InFault)) => refused,
+            answer => return answer.map(|_| ()),
+        };
+        match recognise(&self.request(&HELLO, world)?.message)?.state {
+            SafetyState::Fault(code) => {
+                Err(LinkError::Broken(format!("the robot cannot be started, it is in Fault: {code}")))
+            }
+            SafetyState::Disarmed | SafetyState::Armed => Err(refused),
+        }
+    }
+
+    /// Drives the weights to their stops and back to the middle.
     fn home(&mut self, world: &mut World) -> Result<(), RunError> {
-        world.lie_down()?;
-        demand(self.request(&HostMessage::Home, world))?;
+        self.insist(&HostMessage::Home, world)?;
         for _ in 0..HOMING_LIMIT / HOMING_LOOK {
             for _ in 0..HOMING_LOOK {
                 self.tick(world)?;
@@ -133,7 +146,7 @@ impl<B: Board> Embodied<B> {
                 SafetyState::Disarmed => return Ok(()),
                 SafetyState::Fault(code) => {
                     return Err(
-                        LinkError::Broken(format!("the robot did not find the middle of its axes: {code:?}")).into()
+                        LinkError::Broken(format!("the robot did not find the middle of its axes: {code}")).into()
                     );
                 }
             }
@@ -144,20 +157,25 @@ impl<B: Board> Embodied<B> {
 
 impl<B: Board> Coupling for Embodied<B> {
     fn start(&mut self, world: &mut World) -> Result<(), RunError> {
+        // On the floor from the first word on: a barrel that rolls faster than its gyroscope can follow is in Fault.
+        world.lie_down()?;
         recognise(&self.request(&HELLO, world)?.message)?;
         for message in [HostMessage::Disarm, HostMessage::SimulatedSensors(false), HostMessage::ClearFault] {
             demand(self.request(&message, world))?;
         }
         self.home(world)?;
+        let mut exchange = u32::MAX;
         for message in parameter_messages(world.setup()).collect::<Vec<_>>() {
+            let asked = self.memory.now;
             demand(self.request(&message, world))?;
+            exchange = exchange.min((self.memory.now - asked) as u32);
         }
         // The barrel is set down where the run starts: its attitude is found anew by the first restart, which a disarmed
-        // robot takes for a move. The second one is where the run begins.
-        world.hold_at_start()?;
+        // robot takes for a move. The second one is where the run begins, at the end of three exchanges.
+        world.hold_before_start(3 * exchange - 1)?;
         let restart = HostMessage::Restart { seed: world.setup().seed };
         for message in [restart, HostMessage::Arm] {
-            demand(self.request(&message, world))?;
+            self.insist(&message, world)?;
         }
         self.beginning = true;
         demand(self.request(&restart, world))?;

@@ -6,7 +6,7 @@ use protocol::message::Transducers;
 /// What a board senses that lies still, its second slider upright.
 const LYING: Transducers = Transducers { accelerometer: [0, 0, 8192], gyroscope: [0; 3], encoder: [0; 2] };
 /// Servo periods after a request in which its answer begins, or it was lost.
-const PATIENCE: u32 = 200;
+const PATIENCE: u32 = 60;
 
 /// A board at the end of its cable. Its time passes only while an answer is waited for.
 #[derive(Debug)]

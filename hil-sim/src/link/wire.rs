@@ -13,6 +13,8 @@ pub enum Direction {
     ToHost,
 }
 
+/// A frame that comes again is among the last so many.
+const KEPT: usize = 32;
 /// Garbage without a delimiter goes onto the tape in pieces of this size.
 const LONGEST_GARBAGE: usize = 4096;
 
@@ -26,6 +28,8 @@ pub struct Wire {
     repeated: u32,
     /// Bytes of the frame that is arriving.
     frame: Vec<u8>,
+    /// The last frames that arrived whole, each in the place of its number.
+    kept: [Vec<u8>; KEPT],
     tape: Vec<u8>,
     cuts: Vec<(Direction, usize)>,
 }
@@ -48,15 +52,24 @@ impl Wire {
     pub fn push(&mut self, byte: u8) -> Option<Result<RobotMessage, FrameError>> {
         self.frame.push(byte);
         let decoded = self.decoder.push::<RobotMessage>(byte);
+        let mut frame = Vec::new();
         if byte == 0 || self.frame.len() > LONGEST_GARBAGE {
-            let frame = core::mem::take(&mut self.frame);
+            frame = core::mem::take(&mut self.frame);
             self.note(Direction::ToHost, &frame);
         }
         match decoded? {
             Ok((number, message)) => {
-                if self.numbering.heard(number, &message) == Arrival::Again {
-                    self.repeated = self.repeated.wrapping_add(1);
-                    return None;
+                let place = &mut self.kept[usize::from(number) % KEPT];
+                let same = *place == frame;
+                *place = frame;
+                match self.numbering.heard(number, &message) {
+                    Arrival::Again if same => {
+                        self.repeated = self.repeated.wrapping_add(1);
+                        return None;
+                    }
+                    // What is repeated is repeated to the byte: this is a robot that was reset, early in its count.
+                    Arrival::Again => self.numbering.begin(number),
+                    Arrival::New { .. } | Arrival::Restarted => {}
                 }
                 Some(Ok(message))
             }

@@ -122,6 +122,9 @@ impl Body {
             within("weightMass", self.weight_mass, 0.01 * self.shell_mass, 20.0 * self.shell_mass)?;
         }
         within("weightRadius", self.weight_radius, 0.0, self.radius)?;
+        within("stop", self.stop, 0.0, 10.0)?;
+        // It is the barrel that has no room for them.
+        within("radius", self.radius, self.stop, 10.0)?;
         within("range", self.range, 1e-3, self.radius)?;
         within("stop", self.stop, self.range, self.radius)?;
         within("axesShift", self.axes_shift, 0.0, self.length)?;

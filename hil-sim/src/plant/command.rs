@@ -3,7 +3,8 @@
 use super::drive::{Axis, Drive, SETPOINT_SPREAD, Setpoint, Sliders, clip};
 use super::dynamics::Inertia;
 use super::rolling::Line;
-use super::{Body, BodyError, Ground, LOAD_LIMIT, Load, Motion, Plant};
+use super::{Body, BodyError, Ground, LOAD_LIMIT, Load, Motion, Plant, about};
+use nalgebra::Vector3;
 
 impl Plant {
     /// Puts the weights somewhere, m, at rest, with their servo's target there and its memory empty.
@@ -44,6 +45,19 @@ impl Plant {
                     }
                     self.told.value = target;
                 }
+            }
+        }
+    }
+
+    /// Turns the barrel on by hand for `dt` seconds, or back where that is negative: evenly, about its own axis, and
+    /// nothing else moves.
+    pub fn carry_on(&mut self, dt: f64) {
+        let angle = self.omega() * dt;
+        match &mut self.motion {
+            Motion::Rolling(line) => line.loose.roll.angle += angle,
+            Motion::Free(free) => {
+                free.orientation *= about(Vector3::y(), angle);
+                free.phi += angle;
             }
         }
     }

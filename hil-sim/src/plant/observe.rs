@@ -197,6 +197,13 @@ impl Plant {
         (linear + alpha.cross(&r) + w.cross(&w.cross(&r)) + up).into()
     }
 
+    /// As [`specific_force`](Self::specific_force), where somebody sees to it that the barrel turns evenly.
+    pub fn specific_force_in_hand(&self, point: [f64; 3]) -> [f64; 3] {
+        let (r, w) = (Vector3::from(point), Vector3::from(self.angular_velocity_body()));
+        let up = Vector3::from(self.axes().map(|axis| axis[2]));
+        (w.cross(&w.cross(&r)) + up * self.inertia.gravity).into()
+    }
+
     fn weight_motion(&self, pose: &Pose, i: usize) -> (Vector3<f64>, Vector3<f64>) {
         let e = if i == 0 { Vector3::x() } else { Vector3::z() };
         let r = e * pose.sliders.s[i] + Vector3::y() * self.inertia.shift[i];
