@@ -1,6 +1,6 @@
 //! The unmodified flash images on the virtual board, in closed loop with the simulated barrel.
 
-use barrel_tests::board::{Bench, image, image_in_fixed_point, image_without_logs};
+use barrel_tests::board::{Bench, Watched, image, image_in_fixed_point, image_without_logs};
 use barrel_tests::setup;
 use firmware::Robot;
 use hil_sim::coupling::Coupling;
@@ -111,4 +111,22 @@ fn a_snapshot_taken_in_mid_run_resumes_identically() {
     assert!(kept.iter().any(|(_, _, pins)| pins.duty != [0.0; 2]), "nothing happened that could differ");
     let other = VirtualBoard::resume(&image_without_logs(), &snapshot).expect_err("a snapshot of another image");
     assert!(other.to_string().contains("firmware"), "{other}");
+}
+
+#[test]
+fn board_and_world_go_on_from_a_snapshot_as_they_would_have() {
+    let mut bench = Bench::start(&image(), "homeokinetic", 3, &[("omega0", 2.0)]);
+    bench.pass(1234);
+    let snapshot = bench.board().board.snapshot().expect("taken");
+    let board = VirtualBoard::resume(&image(), &snapshot).expect("resumes");
+    let mut resumed = Bench { robot: Embodied::new(Watched::new(board)), world: bench.world.clone() };
+    let mut fastest: f64 = 0.0;
+    for millisecond in 0..4000 {
+        bench.pass(1);
+        resumed.pass(1);
+        let record = bench.world.record();
+        assert_eq!(resumed.world.record(), record, "{millisecond} ms after the snapshot");
+        fastest = fastest.max(record.omega.abs());
+    }
+    assert!(fastest > 0.5, "nothing happened that could differ");
 }
