@@ -200,7 +200,7 @@ impl Mul for FixedWide {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
-        let product = i128::from(self.0.to_bits()) * i128::from(other.0.to_bits()) >> I32F32::FRAC_NBITS;
+        let product = (i128::from(self.0.to_bits()) * i128::from(other.0.to_bits())) >> I32F32::FRAC_NBITS;
         let saturated = if product < 0 { i64::MIN } else { i64::MAX };
         Self(I32F32::from_bits(i64::try_from(product).unwrap_or(saturated)))
     }
@@ -246,7 +246,7 @@ fn quotient(a: u64, b: u64) -> u64 {
         // As many digits as the rest has room for: it is smaller than b, which is 2⁶³ at most, so there is room for one.
         let digits = missing.min(b.leading_zeros().max(1));
         rest <<= digits;
-        quotient = quotient << digits | rest / b;
+        quotient = (quotient << digits) | (rest / b);
         rest %= b;
         missing -= digits;
     }

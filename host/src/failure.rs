@@ -10,6 +10,8 @@ pub enum Failure {
     BadInput(String),
     /// Something broke while it was being done. What was written until then is valid. Exit code 1.
     Broken(String),
+    /// Somebody ended it with Ctrl-C. It came to its end in order. Exit code 130, as shells have it.
+    Interrupted(String),
 }
 
 impl Failure {
@@ -39,6 +41,7 @@ impl Failure {
         match self {
             Failure::BadInput(_) => ExitCode::from(2),
             Failure::Broken(_) => ExitCode::FAILURE,
+            Failure::Interrupted(_) => ExitCode::from(130),
         }
     }
 }
@@ -46,7 +49,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::BadInput(text) | Failure::Broken(text) => f.write_str(text),
+            Failure::BadInput(text) | Failure::Broken(text) | Failure::Interrupted(text) => f.write_str(text),
         }
     }
 }

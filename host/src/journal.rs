@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::log;
 use crate::recorder::Places;
 use crate::words;
-use hil_sim::link::{Direction, Identity, Line, Link, Transport};
+use hil_sim::link::{Direction, Identity, Line, Link, LinkError, Transport};
 use hil_sim::record::BrainRecord;
 use hil_sim::run::time;
 use hil_sim::world::robot_parameters;
@@ -77,18 +77,18 @@ impl Journal {
     /// Begins the log with what the robot is and what its parameters are now. Where no place is given, it is a new folder.
     ///
     /// # Errors
-    /// A file that cannot be written; a line that is gone.
-    pub fn begin_log<T: Transport>(
+    /// A file that cannot be written.
+    pub fn begin_log(
         &mut self,
         place: Option<&Path>,
         command: &str,
         link: &str,
         identity: &Identity,
-        line: &mut Line<T>,
+        values: &Values<f64>,
     ) -> Result<(), Failure> {
-        let path = match place {
-            Some(path) => path.to_owned(),
-            None => Places::run_folder("monitor")?.log.unwrap_or_default(),
+        let places = match place {
+            Some(path) => Places::new(None, Some(path.to_owned()), None),
+            None => Places::run_folder("monitor")?,
         };
         let about = BTreeMap::from(
             [
@@ -100,10 +100,17 @@ impl Journal {
             ]
             .map(|(name, value)| (name.to_owned(), value)),
         );
-        let values = parameters(line)?;
-        self.log = Some(log::Writer::create(&path, &about, &values).map_err(Failure::bad)?);
+        let path = places.log.clone().unwrap_or_default();
+        let log =
+            log::Writer::create(&path, &about, values).inspect_err(|_| places.withdraw()).map_err(Failure::bad)?;
+        self.log = Some(log);
         self.path = Some(path);
         Ok(())
+    }
+
+    /// Whether there is a log.
+    pub fn has_log(&self) -> bool {
+        self.log.is_some()
     }
 
     /// Goes on over a new line, from the first frames on it, with the robot as it says it is.
@@ -272,10 +279,13 @@ impl Default for Journal {
 }
 
 /// The robot's parameters as it holds them now; the simulator's at their defaults.
-fn parameters<T: Transport>(line: &mut Line<T>) -> Result<Values<f64>, Failure> {
+///
+/// # Errors
+/// A robot that does not answer.
+pub fn parameters<T: Transport>(line: &mut Line<T>) -> Result<Values<f64>, LinkError> {
     let mut values = Values::defaults(|value| value);
     for id in robot_parameters() {
-        let answer = line.request(&HostMessage::GetParameter { index: id.index() }).map_err(Failure::broken)?;
+        let answer = line.request(&HostMessage::GetParameter { index: id.index() })?;
         if let RobotMessage::Parameter { value, .. } = answer.message {
             values.set(id, f64::from(value));
         }

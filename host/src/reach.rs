@@ -2,45 +2,90 @@
 
 use crate::cli::Address;
 use crate::failure::Failure;
-use hil_sim::link::serial::{PortKind, RADIO_BAUD, USB_BAUD, ports, ports_in_words};
-use hil_sim::link::{Identity, Line, LinkError, Serial, hello};
-use std::collections::BTreeMap;
-use std::time::Duration;
+use hil_sim::link::serial::{Port, PortKind, RADIO_BAUD, USB_BAUD, ports, ports_in_words};
+use hil_sim::link::{Direction, Identity, Line, Link, LinkError, Serial, hello};
+use protocol::FrameError;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
 
 /// Opens the port and makes sure that a robot of this build is at its end.
 ///
 /// # Errors
 /// A port that cannot be opened; something that is no robot, or one of another version.
 pub fn reach(address: &Address) -> Result<(Line<Serial>, Identity), Failure> {
-    let mut line = Line::new(Serial::open(&address.port, address.baud()).map_err(Failure::bad)?);
-    let identity = hello(&mut line).map_err(|error| Failure::bad(no_robot(&address.port, address.baud(), &error)))?;
-    Ok((line, identity))
+    let (port, baud) = (&address.port, address.baud());
+    let mut line = Line::new(Serial::open(port, baud).map_err(Failure::bad)?);
+    match greet(&mut line, port) {
+        Ok(identity) => Ok((line, identity)),
+        Err(Nobody::Unheard(garbage)) => Err(Failure::bad(no_robot(port, &[(baud, garbage)]))),
+        Err(Nobody::Stranger(why)) => Err(Failure::bad(why)),
+    }
 }
 
-/// Why what is on a port is not taken for a robot.
-fn no_robot(port: &str, baud: u32, error: &LinkError) -> String {
-    let what = match error {
-        LinkError::NoAnswer => format!("nothing on {port} answers as a barrel's robot does at {baud} baud"),
-        LinkError::Garbled(why) => {
-            format!("what is on {port} answers at {baud} baud, but not as this robot does ({why})")
-        }
-        // Another version, or a port that is gone: the sentence says it all.
-        _ => return error.to_string(),
+/// Who is there instead of a robot that can be talked to.
+enum Nobody {
+    /// None that speaks at this speed; what was wrong with what was heard, if anything was.
+    Unheard(Option<FrameError>),
+    /// None that speaks at any speed; a sentence for people.
+    Stranger(String),
+}
+
+/// Asks who is at the end of the line on this port.
+fn greet(line: &mut Line<Serial>, port: &str) -> Result<Identity, Nobody> {
+    let error = match hello(line) {
+        Ok(identity) => return Ok(identity),
+        Err(error) => error,
     };
+    if echoes(line) {
+        return Err(Nobody::Stranger(format!(
+            "what is on {port} sends back what it is sent: it is a loopback plug or something else that echoes, no robot"
+        )));
+    }
+    Err(match error {
+        LinkError::NoAnswer => Nobody::Unheard(None),
+        LinkError::Garbled(why) => Nobody::Unheard(Some(why)),
+        // It says itself which port it was.
+        LinkError::Broken(why) => Nobody::Stranger(why),
+        error => Nobody::Stranger(format!("{port}: {error}")),
+    })
+}
+
+/// Whether the last thing that was sent has come back.
+fn echoes(line: &mut Line<Serial>) -> bool {
+    let (mut sent, mut came_back) = (Vec::new(), false);
+    line.drain_frames(&mut |direction, bytes| match direction {
+        Direction::ToRobot => sent = bytes.to_vec(),
+        Direction::ToHost => came_back |= bytes == sent,
+    });
+    came_back
+}
+
+/// Why what is on a port is not taken for a robot, after it was asked at these speeds.
+fn no_robot(port: &str, asked: &[(u32, Option<FrameError>)]) -> String {
+    let bauds = asked.iter().map(|(baud, _)| baud.to_string()).collect::<Vec<_>>().join(" or ");
+    let what = match asked.iter().find_map(|&(baud, garbage)| Some((baud, garbage?))) {
+        None => format!("nothing on {port} answers as a barrel's robot does at {bauds} baud"),
+        Some((baud, why)) => {
+            format!("what is on {port} does not answer as a barrel's robot does at {bauds} baud (at {baud}: {why})")
+        }
+    };
+    // What has been tried is not advised.
+    let write = if asked.len() > 1 { String::new() } else { format!(" (write {port}@{RADIO_BAUD})") };
     format!(
         "{what}: is the board powered and does it run the barrel's firmware (docs/flashing.md)? The board on USB talks at \
-         {USB_BAUD} baud, its radio at {RADIO_BAUD} (write {port}@{RADIO_BAUD}); {}",
+         {USB_BAUD} baud, its radio at {RADIO_BAUD}{write}; {}",
         ports_in_words()
     )
 }
 
-/// How long the first answer of an unknown device is waited for; a few times that in all.
+/// How long an answer of an unknown device is waited for, each time that it is asked.
 const GLANCE: Duration = Duration::from_millis(25);
-/// A device on USB that did not answer as a robot is left alone for so many looks: it may be something else, whose owner
+/// A device on USB that is no robot is left alone for so long, and then for good: opening its port may reset it, and its owner
 /// does not want to hear from us.
-const MANNERS: u32 = 10;
+const MANNERS: [Duration; 2] = [Duration::from_secs(5), Duration::from_secs(60)];
 
 /// A robot that was found.
+#[derive(Debug)]
 pub struct Found {
     /// The way to it.
     pub line: Line<Serial>,
@@ -51,44 +96,65 @@ pub struct Found {
 }
 
 /// Looks for a robot, again and again.
-#[derive(Debug, Default)]
 pub struct Finder {
     /// Where to look; anywhere without it.
     named: Option<Address>,
-    /// Devices that did not answer, and for how many looks they are left alone.
-    strangers: BTreeMap<String, u32>,
+    /// The ports that there are.
+    ports: Box<dyn Fn() -> Vec<Port>>,
+    /// Devices that were asked and are no robots.
+    strangers: BTreeMap<String, Stranger>,
+    /// Where a robot was: it may come back.
+    known: BTreeSet<String>,
+}
+
+/// A device that was asked and is no robot.
+#[derive(Default)]
+struct Stranger {
+    why: String,
+    /// How often it was asked.
+    asked: usize,
+    /// When it is asked again, if ever.
+    again: Option<Instant>,
 }
 
 impl Finder {
     /// Looks at this address only, or on every port on USB.
     pub fn new(named: Option<Address>) -> Self {
-        Finder { named, strangers: BTreeMap::new() }
+        Finder { named, ..Finder::among(ports) }
     }
 
-    /// Looks once.
+    /// Looks on these ports, those on USB among them.
+    pub fn among(ports: impl Fn() -> Vec<Port> + 'static) -> Self {
+        Finder { named: None, ports: Box::new(ports), strangers: BTreeMap::new(), known: BTreeSet::new() }
+    }
+
+    /// Looks once; it is `now`.
     ///
     /// # Errors
-    /// Nobody is there: why, one sentence for each port that was looked at.
-    pub fn look(&mut self) -> Result<Found, Vec<String>> {
+    /// Nobody is there: why, one sentence for each port. What is so with a port is said in the same words at each look.
+    pub fn look(&mut self, now: Instant) -> Result<Found, Vec<String>> {
         if let Some(named) = &self.named {
-            return try_port(&named.port, named.baud).map_err(|why| vec![why]);
+            return try_port(&named.port, named.baud).map_err(|missed| vec![missed.why()]);
         }
-        let candidates: Vec<_> = ports().into_iter().filter(|port| port.kind != PortKind::Other).collect();
+        let candidates: Vec<_> = (self.ports)().into_iter().filter(|port| port.kind != PortKind::Other).collect();
         // What was pulled out and is plugged in again is looked at anew.
-        self.strangers.retain(|name, _| candidates.iter().any(|port| port.name == *name));
+        let is_there = |name: &str| candidates.iter().any(|port| port.name == name);
+        self.strangers.retain(|name, _| is_there(name));
+        self.known.retain(|name| is_there(name));
         let mut nobody = Vec::new();
         for port in candidates {
-            if let Some(looks) = self.strangers.get_mut(&port.name).filter(|looks| **looks > 0) {
-                *looks -= 1;
-                nobody.push(format!("{} did not answer as a robot", port.name));
+            let stranger = self.strangers.get(&port.name);
+            if let Some(stranger) = stranger.filter(|stranger| stranger.again.is_none_or(|again| now < again)) {
+                nobody.push(stranger.why.clone());
                 continue;
             }
             match try_port(&port.name, None) {
                 Ok(found) => return Ok(found),
-                Err(why) => nobody.push(why),
-            }
-            if port.kind != PortKind::DebugProbe {
-                self.strangers.insert(port.name, MANNERS);
+                // On the board's own probe, and where a robot was, one is waited for.
+                Err(Missed::Stranger(why)) if port.kind != PortKind::DebugProbe && !self.known.contains(&port.name) => {
+                    nobody.push(self.note(port.name, why, now));
+                }
+                Err(missed) => nobody.push(missed.why()),
             }
         }
         if nobody.is_empty() {
@@ -97,31 +163,58 @@ impl Finder {
         Err(nobody)
     }
 
-    /// The next look is at the port where the robot was, too.
+    /// The robot is no longer there: the next look is at its port, too.
     pub fn lost(&mut self, found: &Address) {
         self.strangers.remove(&found.port);
+        self.known.insert(found.port.clone());
+    }
+
+    /// Notes that this port's device is no robot, for this reason, and returns what there is to say of it.
+    fn note(&mut self, port: String, why: String, now: Instant) -> String {
+        let stranger = self.strangers.entry(port).or_default();
+        stranger.again = MANNERS.get(stranger.asked).map(|&manners| now + manners);
+        stranger.asked += 1;
+        stranger.why = match stranger.again {
+            Some(_) => why,
+            None => format!("{why}; it is left alone until it is plugged in again"),
+        };
+        stranger.why.clone()
+    }
+}
+
+/// Why there is no robot on a port; a sentence for people.
+enum Missed {
+    /// The port could not be used: nobody was asked.
+    Unasked(String),
+    /// It was asked, and is no robot.
+    Stranger(String),
+}
+
+impl Missed {
+    fn why(self) -> String {
+        match self {
+            Missed::Unasked(why) | Missed::Stranger(why) => why,
+        }
     }
 }
 
 /// Asks who is there, at the speeds that a robot may have.
-fn try_port(port: &str, baud: Option<u32>) -> Result<Found, String> {
+fn try_port(port: &str, baud: Option<u32>) -> Result<Found, Missed> {
+    let unasked = |error: LinkError| Missed::Unasked(error.to_string());
     let bauds = baud.map_or(vec![USB_BAUD, RADIO_BAUD], |baud| vec![baud]);
-    let mut why = String::new();
+    let mut asked = Vec::new();
     for baud in bauds {
-        let mut serial = Serial::open(port, baud).map_err(|error| error.to_string())?;
-        serial.set_patience(GLANCE).map_err(|error| error.to_string())?;
+        let mut serial = Serial::open(port, baud).map_err(unasked)?;
+        serial.set_patience(GLANCE).map_err(unasked)?;
         let mut line = Line::new(serial);
-        match hello(&mut line) {
+        match greet(&mut line, port) {
             Ok(identity) => {
                 let address = Address { port: port.to_owned(), baud: Some(baud) };
                 return Ok(Found { line, identity, address });
             }
-            // A robot, but not one that can be talked to at any speed.
-            Err(error @ (LinkError::Version { .. } | LinkError::Schema { .. })) => {
-                return Err(format!("{port}: {error}"));
-            }
-            Err(error) => why = no_robot(port, baud, &error),
+            Err(Nobody::Unheard(garbage)) => asked.push((baud, garbage)),
+            Err(Nobody::Stranger(why)) => return Err(Missed::Stranger(why)),
         }
     }
-    Err(why)
+    Err(Missed::Stranger(no_robot(port, &asked)))
 }

@@ -2,7 +2,7 @@
 
 use crate::csv::{self, BRAIN_COLUMNS, PLANT_COLUMNS, Table, brain_row, plant_row};
 use crate::failure::Failure;
-use crate::{log, plot};
+use crate::{log, plot, words};
 use hil_sim::coupling::Coupling;
 use hil_sim::link::Direction;
 use hil_sim::record::Record;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use protocol::Values;
-use protocol::message::Vitals;
+use protocol::message::{SafetyState, Vitals};
 
 /// Which files are wanted, and where.
 #[derive(Clone, Debug, Default)]
@@ -23,9 +23,16 @@ pub struct Places {
     pub log: Option<PathBuf>,
     /// The picture.
     pub plot: Option<PathBuf>,
+    /// The run folder that was made for them.
+    folder: Option<PathBuf>,
 }
 
 impl Places {
+    /// These places, asked for one by one.
+    pub fn new(csv: Option<PathBuf>, log: Option<PathBuf>, plot: Option<PathBuf>) -> Places {
+        Places { csv, log, plot, folder: None }
+    }
+
     /// A new folder `runs/<date>-<name>` with all three files in it; never one that is already there.
     ///
     /// # Errors
@@ -49,7 +56,48 @@ impl Places {
             csv: Some(folder.join("run.csv")),
             log: Some(folder.join("run.mcap")),
             plot: Some(folder.join("run.png")),
+            folder: Some(folder),
         })
+    }
+
+    /// Makes sure that a run folder can be made, before there is anything to put into it. None is left behind.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn check_run_folder() -> Result<(), Failure> {
+        let runs = Path::new("runs");
+        let is_new = !runs.exists();
+        let made = Places::run_folder("check").map(|places| places.withdraw());
+        if is_new {
+            // Somebody else may have found a use for it meanwhile.
+            let _ = fs::remove_dir(runs);
+        }
+        made
+    }
+
+    /// Makes sure that every file can be written, before there is anything to write. What was not there is not there
+    /// afterwards.
+    ///
+    /// # Errors
+    /// The file that cannot be written.
+    pub fn check(&self) -> Result<(), Failure> {
+        let mut made = Vec::new();
+        let checked = self.try_all(&mut made);
+        remove(&made);
+        checked
+    }
+
+    /// Takes a run folder away in which nothing has come to stand.
+    pub fn withdraw(&self) {
+        if let Some(folder) = &self.folder {
+            // What stands in it, stays in it.
+            let _ = fs::remove_dir(folder);
+        }
+    }
+
+    /// Whether no file is wanted.
+    pub fn is_empty(&self) -> bool {
+        self.files().next().is_none()
     }
 
     /// Every file, in the order in which they are written.
@@ -75,6 +123,10 @@ impl Places {
             plot::check_target(path).map_err(Failure::bad)?;
         }
         for path in self.csv.iter().chain(&self.log) {
+            // A pipe's reader would take the end of the trial for the end of the run.
+            if path.exists() && !path.is_file() && !path.is_dir() {
+                continue;
+            }
             let is_new = !path.exists();
             fs::File::options().append(true).create(true).open(path).map_err(|error| cannot_write(path, &error))?;
             made.extend(is_new.then_some(path.as_path()));
@@ -83,9 +135,17 @@ impl Places {
     }
 }
 
+/// Removes files that have been made and stayed empty.
+fn remove(made: &[&Path]) {
+    for path in made {
+        // What cannot be removed now was at least never a run.
+        let _ = fs::remove_file(path);
+    }
+}
+
 fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
     Failure::bad(format!(
-        "cannot write {}: {error}; run in a folder that may be written, or say where with --csv, --log, --plot",
+        "cannot write {}: {error}; run in a folder that may be written, or name another place for the file",
         path.display()
     ))
 }
@@ -97,6 +157,8 @@ pub struct Recorder {
     picture: Option<(PathBuf, plot::Title, Vec<Vec<f64>>)>,
     /// The robot's vitals that were last recorded.
     vitals: Option<Vitals>,
+    /// The safety state that was last recorded: a run begins Armed.
+    state: SafetyState,
 }
 
 impl Recorder {
@@ -111,14 +173,21 @@ impl Recorder {
         title: plot::Title,
     ) -> Result<Self, Failure> {
         let mut made = Vec::new();
-        if let Err(failure) = places.try_all(&mut made) {
-            for path in made {
-                // What cannot be removed now was at least never a run.
-                let _ = fs::remove_file(path);
-            }
-            return Err(failure);
+        let opened = places.try_all(&mut made).and_then(|()| Self::open(places, run, values, title));
+        if opened.is_err() {
+            remove(&made);
+            places.withdraw();
         }
-        let mut recorder = Recorder { csv: None, log: None, picture: None, vitals: None };
+        opened
+    }
+
+    fn open(
+        places: &Places,
+        run: &BTreeMap<String, String>,
+        values: &Values<f64>,
+        title: plot::Title,
+    ) -> Result<Self, Failure> {
+        let mut recorder = Recorder { csv: None, log: None, picture: None, vitals: None, state: SafetyState::Armed };
         if let Some(path) = &places.csv {
             recorder.csv = Some(csv::Writer::create(path, true).map_err(Failure::bad)?);
         }
@@ -174,6 +243,19 @@ impl Recorder {
         result.map_err(Failure::broken)
     }
 
+    /// Takes the robot's safety state at time `t`, s, and writes an event if it is another than before. Returns whether it is.
+    ///
+    /// # Errors
+    /// A log that cannot be written any more.
+    pub fn state(&mut self, t: f64, state: SafetyState) -> Result<bool, Failure> {
+        if state == self.state {
+            return Ok(false);
+        }
+        self.state = state;
+        self.event(t, "state", &words::state(state))?;
+        Ok(true)
+    }
+
     /// Writes that something happened: a parameter was set, somebody pushed.
     ///
     /// # Errors
@@ -182,24 +264,21 @@ impl Recorder {
         self.log.as_mut().map_or(Ok(()), |log| log.event(t, kind, text)).map_err(Failure::broken)
     }
 
-    /// Completes the files and draws the picture.
+    /// Completes the files and draws the picture, if there is something to draw.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// A file that cannot be written; those that can are complete even so.
     pub fn finish(self) -> Result<(), Failure> {
-        if let Some(csv) = self.csv {
-            csv.finish().map_err(Failure::broken)?;
-        }
-        if let Some(log) = self.log {
-            log.finish().map_err(Failure::broken)?;
-        }
-        if let Some((path, title, columns)) = self.picture {
+        let csv = self.csv.map_or(Ok(()), |csv| csv.finish().map(drop).map_err(Failure::broken));
+        let log = self.log.map_or(Ok(()), |log| log.finish().map(drop).map_err(Failure::broken));
+        let picture = self.picture.filter(|(_, _, columns)| columns.iter().any(|column| !column.is_empty()));
+        let drawn = picture.map_or(Ok(()), |(path, title, columns)| {
             let mut table = Table::new("this run");
             for (column, numbers) in BRAIN_COLUMNS.iter().chain(&PLANT_COLUMNS).zip(columns) {
                 table.insert(column.name, numbers);
             }
-            plot::run(&table, &title, &path).map_err(Failure::broken)?;
-        }
-        Ok(())
+            plot::run(&table, &title, &path).map_err(Failure::broken)
+        });
+        csv.and(log).and(drawn)
     }
 }

@@ -3,8 +3,7 @@
 use crate::console::AXES;
 use hil_sim::link::Identity;
 use protocol::message::{
-    CalibrationPhase, CalibrationProgress, CalibrationStep, FaultCode, MemoryState, Precision, ResetCause, SafetyState,
-    Vitals,
+    CalibrationPhase, CalibrationProgress, CalibrationStep, MemoryState, Precision, ResetCause, SafetyState, Vitals,
 };
 
 /// A safety state, and of a fault what it was.
@@ -12,24 +11,7 @@ pub fn state(state: SafetyState) -> String {
     match state {
         SafetyState::Disarmed => "Disarmed".to_owned(),
         SafetyState::Armed => "Armed".to_owned(),
-        SafetyState::Fault(code) => format!("Fault: {}", fault(code)),
-    }
-}
-
-/// What was wrong.
-pub fn fault(code: FaultCode) -> &'static str {
-    match code {
-        FaultCode::StaleSensor => "a sensor has not been read for too long; look at its wires",
-        FaultCode::ImpossibleSensor => "a sensor reads what no barrel can do",
-        FaultCode::StalledAxis => "an axis is driven but does not follow; is it jammed, or without power?",
-        FaultCode::NonFinite => "a number in the brain is no longer finite",
-        FaultCode::MissedDeadline => "a tick did not finish in time",
-        FaultCode::EmergencyStop => "emergency stop",
-        FaultCode::Panic => "the firmware panicked before its last reset",
-        FaultCode::Watchdog => "the watchdog reset the firmware",
-        FaultCode::BrownOut => "the supply is or was too low; charge the battery",
-        FaultCode::HardFault => "the core took a fault before its last reset",
-        FaultCode::Homing => "an axis does not end where it should: jammed, the wrong way round, or no encoder",
+        SafetyState::Fault(code) => format!("Fault: {code}"),
     }
 }
 

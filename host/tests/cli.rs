@@ -137,6 +137,25 @@ fn a_place_that_cannot_be_written_is_refused() {
 }
 
 #[test]
+fn a_run_in_which_the_robot_goes_into_fault_fails_when_all_of_it_is_recorded() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let run = ["run", "homeokinetic", "--body", "tabletop", "--set", "omega0=-100", "--duration", "2"];
+    let output = barrel(f, &[&run[..], &["--csv", "run.csv", "--log", "run.mcap"]].concat());
+    let (said, complaint) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(1), "{said}{complaint}");
+    assert!(said.contains("  Fault at 0.") && said.contains("It rolled at"), "{said}");
+    assert!(complaint.contains("barrel: Fault at 0.") && complaint.contains("run.csv, run.mcap"), "{complaint}");
+    assert_eq!(fs::read_to_string(f.join("run.csv")).expect("readable").lines().count(), 101);
+    let reader = barrel::log::Reader::open(&f.join("run.mcap")).expect("a log");
+    let states = reader.filter(|entry| match entry.as_ref().expect("an undamaged log") {
+        barrel::log::Entry::Event(event) => event.kind == "state" && event.text.starts_with("Fault: "),
+        _ => false,
+    });
+    assert_eq!(states.count(), 1);
+}
+
+#[test]
 fn a_recording_that_is_none_is_refused() {
     let folder = TempDir::new().expect("a folder");
     let f = folder.path();
@@ -227,12 +246,14 @@ fn a_link_is_followed_and_a_pipe_is_written_into() {
     assert_eq!(fs::read_to_string(f.join("real.csv")).expect("readable").lines().count(), 51);
     let pipe = f.join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
-    let reader = std::thread::spawn({
-        let pipe = pipe.clone();
-        move || fs::read_to_string(pipe).expect("readable").lines().count()
-    });
-    run_in(f, &["replay", "run.csv", "--csv", "pipe"]);
-    assert_eq!(reader.join().expect("read"), 51);
+    for command in [&["replay", "run.csv"][..], &["run", "homeokinetic", "--duration", "1"]] {
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read_to_string(pipe).expect("readable").lines().count()
+        });
+        run_in(f, &[command, &["--csv", "pipe"]].concat());
+        assert_eq!(reader.join().expect("read"), 51);
+    }
     assert!(!pipe.is_file(), "a pipe stays a pipe");
 }
 

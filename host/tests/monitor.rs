@@ -4,12 +4,15 @@
 mod bench;
 
 use barrel::log::{Entry, Reader};
-use bench::{BenchRobot, Mute, Plugged, Running, Satellites, fail};
+use bench::{BenchRobot, DeafTo, Mute, Paced, Plugged, Running, Satellites, fail, hold_up};
+use firmware::Robot;
 use hil_sim::link::Direction;
 use protocol::message::ResetCause;
-use protocol::{Decoder, RobotMessage};
+use protocol::{Decoder, HostMessage, RobotMessage, Telemetry};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 use tempfile::TempDir;
 
 /// What is in a log.
@@ -148,4 +151,72 @@ fn without_a_place_the_log_is_in_a_new_folder_and_it_ends_by_itself() {
     assert!(path.starts_with("runs/") && path.contains("-monitor"), "{said}");
     let about = Reader::open(&log).expect("a log");
     assert_eq!(about.run()["link"], "serial:./robot@57600");
+}
+
+#[test]
+fn a_robot_that_is_gone_before_its_parameters_are_known_is_looked_for_and_leaves_no_folder() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    // A monitor whose robot was found and lost again.
+    let bereft = || {
+        let robot = DeafTo::new(BenchRobot::new(false), |message| matches!(message, HostMessage::GetParameter { .. }));
+        let is_deaf = Arc::clone(&robot.is_deaf);
+        let plugged = Plugged::new(&f.join("robot"), robot);
+        let mut monitor = Running::start(f, &["monitor", "--port", "./robot"]);
+        while !is_deaf.load(Ordering::Relaxed) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        plugged.unplug();
+        monitor.wait_for("looking for the robot");
+        assert!(!f.join("runs").exists(), "there is nothing to put into a folder");
+        monitor
+    };
+    let (_, complaint) = bereft().interrupted(1);
+    assert!(complaint.contains("before its parameters were known"), "{complaint}");
+    assert_eq!(std::fs::read_dir(f).expect("readable").count(), 0);
+
+    let mut monitor = bereft();
+    let _robot = Plugged::new(&f.join("robot"), BenchRobot::new(false));
+    monitor.wait_for("found the robot");
+    monitor.wait_for("battery");
+    let summary = monitor.interrupt();
+    let path = summary.lines().find(|line| line.ends_with("run.mcap")).expect("the place is said").trim();
+    let log = contents(&f.join(path));
+    assert!(!log.truncated && log.steps.len() > 50, "{} steps", log.steps.len());
+    assert_eq!(std::fs::read_dir(f.join("runs")).expect("readable").count(), 1);
+}
+
+#[test]
+fn the_last_words_of_a_robot_that_is_gone_are_in_the_log() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let robot = BenchRobot::new(false);
+    let wishes = Arc::clone(&robot.wishes);
+    let plugged = Plugged::new(&f.join("robot"), robot);
+    let mut monitor = Running::start(f, &["monitor", "--port", "./robot", "--log", "watch.mcap"]);
+    monitor.wait_for("battery");
+    let last = Telemetry { tick: 4_000_000_000, ..Robot::<f32>::default().telemetry() };
+    {
+        let mut wishes = wishes.lock().expect("nobody panicked");
+        (wishes.silent, wishes.last_words) = (true, Some(RobotMessage::Telemetry(last)));
+    }
+    // It speaks when it is asked whether it is still there, and does not answer that; who asks again has heard it.
+    while wishes.lock().expect("nobody panicked").asked < 6 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    plugged.unplug();
+    monitor.wait_for("looking for the robot");
+    monitor.interrupt();
+    assert_eq!(contents(&f.join("watch.mcap")).ticks.last(), Some(&last.tick));
+}
+
+#[test]
+fn what_is_lost_while_the_monitor_is_held_up_is_counted_to_the_frame() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let robot = Paced::new(BenchRobot::new(false), BenchRobot::lived);
+    let lived = Arc::clone(&robot.lived);
+    let held = hold_up(f, robot, &lived);
+    assert!(held.meanwhile >= 1000, "the robot lived {} ms while the monitor did not", held.meanwhile);
+    assert_eq!(held.counted, held.dropped);
 }

@@ -3,13 +3,21 @@
 
 mod bench;
 
-use bench::{BenchRobot, Mute, Noisy, OVER_SERIAL, Plugged, Satellites, Stranger, fail, in_turn, succeed, talk};
+use barrel::log::{Entry, Reader};
+use bench::{
+    BenchRobot, Counted, Mute, Noisy, OVER_SERIAL, Plugged, Running, Satellites, Stranger, fail, in_turn,
+    output_within, succeed, talk,
+};
 use firmware::Port;
-use protocol::RobotMessage;
+use hil_sim::link::Direction;
 use protocol::message::{MemoryState, Precision, ResetCause, SafetyState};
+use protocol::{Decoder, HostMessage, RobotMessage};
 use std::fs;
 use std::path::Path;
+use std::process::Command;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 use tempfile::TempDir;
 
 fn read(folder: &Path, file: &str) -> String {
@@ -17,7 +25,25 @@ fn read(folder: &Path, file: &str) -> String {
 }
 
 fn metadata(folder: &Path, log: &str) -> std::collections::BTreeMap<String, String> {
-    barrel::log::Reader::open(&folder.join(log)).expect("a log").run()
+    Reader::open(&folder.join(log)).expect("a log").run()
+}
+
+/// What the host has said, and what has happened, as a log has it.
+fn requests_and_events(path: &Path) -> (Vec<HostMessage>, Vec<String>) {
+    let (mut requests, mut events, mut decoder) = (Vec::new(), Vec::new(), Decoder::new());
+    let mut reader = Reader::open(path).expect("a log");
+    for entry in reader.by_ref() {
+        match entry.expect("an undamaged log") {
+            Entry::Frame { direction: Direction::ToRobot, bytes, .. } => {
+                let messages = bytes.iter().filter_map(|&byte| decoder.push::<HostMessage>(byte));
+                requests.extend(messages.flatten().map(|(_, message)| message));
+            }
+            Entry::Event(event) => events.push(format!("{}: {}", event.kind, event.text)),
+            _ => {}
+        }
+    }
+    assert!(!reader.truncated(), "the log is not complete");
+    (requests, events)
 }
 
 #[test]
@@ -76,6 +102,127 @@ fn a_robot_that_is_unplugged_in_mid_run_leaves_a_whole_recording() {
     assert!(!truncated);
     assert_eq!(logged.rows(), table.rows());
     assert!(f.join("run.png").is_file());
+}
+
+#[test]
+fn ctrl_c_leaves_the_robot_disarmed_and_the_files_complete() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let robot = Plugged::new(&f.join("robot"), BenchRobot::new(false));
+    let files = ["--csv", "run.csv", "--log", "run.mcap", "--plot", "run.png"];
+    let run = Running::start(f, &[&["run", "homeokinetic", "--duration", "100000"][..], &OVER_SERIAL, &files].concat());
+    // It is well under way.
+    while fs::metadata(f.join("run.mcap")).map_or(0, |log| log.len()) < 50_000 {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let (said, complaint) = run.interrupted(130);
+    assert!(said.contains("The barrel"), "the summary is not said: {said}");
+    for words in ["interrupted", "recorded until then", "run.csv", "run.mcap", "run.png"] {
+        assert!(complaint.contains(words), "'{words}' is not said: {complaint}");
+    }
+    assert!(robot.unplug().is_left_in_order());
+    let (requests, _) = requests_and_events(&f.join("run.mcap"));
+    assert_eq!(requests[requests.len() - 2..], [HostMessage::Disarm, HostMessage::SimulatedSensors(false)]);
+    let table = barrel::csv::read(&f.join("run.csv")).expect("a whole CSV");
+    assert_eq!(table.rows(), barrel::log::read_table(&f.join("run.mcap")).expect("a whole log").0.rows());
+    assert!(f.join("run.png").is_file());
+}
+
+#[test]
+fn a_robot_that_is_reset_in_mid_run_ends_it_and_the_log_says_so() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let robot = BenchRobot::new(false);
+    let wishes = Arc::clone(&robot.wishes);
+    let once = Mutex::new(Some(ResetCause::Watchdog));
+    let _robot = Plugged::until(&f.join("robot"), robot, move |said| {
+        if said > 20_000
+            && let Some(cause) = once.lock().expect("nobody panicked").take()
+        {
+            wishes.lock().expect("nobody panicked").reset = Some(cause);
+        }
+        false
+    });
+    let files = ["--csv", "run.csv", "--log", "run.mcap"];
+    let said = fail(f, 1, &[&["run", "homeokinetic", "--duration", "1000"][..], &OVER_SERIAL, &files].concat());
+    for words in ["was reset at", "the watchdog was not fed", "recorded until then", "run.csv"] {
+        assert!(said.contains(words), "'{words}' is not said: {said}");
+    }
+    let (_, events) = requests_and_events(&f.join("run.mcap"));
+    assert!(events.iter().any(|event| event.starts_with("reset: ") && event.contains("watchdog")), "{events:#?}");
+    assert!((50..300).contains(&barrel::csv::read(&f.join("run.csv")).expect("a whole CSV").rows()));
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_refused_before_the_robot_hears_of_it() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let robot = Counted::new(BenchRobot::new(false));
+    let arrived = Arc::clone(&robot.arrived);
+    let _robot = Plugged::new(&f.join("robot"), robot);
+    for command in [
+        &["run", "--link", "serial:./robot", "--log", "no/such/x.mcap"][..],
+        &["run", "--link", "serial:./robot", "--csv", "no/such/x.csv"],
+        &["run", "--link", "serial:./robot", "--plot", "no/such/x.png"],
+        &["console", "--link", "serial:./robot", "--simulate", "--log", "no/such/x.mcap"],
+        &["console", "--link", "serial:./robot", "--log", "no/such/x.mcap"],
+        &["monitor", "--port", "./robot", "--log", "no/such/x.mcap"],
+    ] {
+        let said = fail(f, 2, command);
+        assert!(said.contains("no/such/x"), "{said}");
+        assert_eq!(arrived.load(Ordering::Relaxed), 0, "{command:?} spoke to the robot first");
+    }
+    fs::write(f.join("runs"), "not a folder").expect("written");
+    for command in [&["run", "--link", "serial:./robot"][..], &["monitor", "--port", "./robot"]] {
+        assert!(fail(f, 2, command).contains("cannot write runs"));
+        assert_eq!(arrived.load(Ordering::Relaxed), 0, "{command:?} spoke to the robot first");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_the_robot_disarmed_and_the_other_files_complete() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let mut robot = BenchRobot::new(false);
+    for (files, code) in [
+        // Full when the log is begun; full on the way.
+        (["--csv", "run.csv", "--log", "/dev/full"], 2),
+        (["--csv", "/dev/full", "--log", "run.mcap"], 1),
+    ] {
+        let plugged = Plugged::new(&f.join("robot"), robot);
+        let run = ["run", "homeokinetic", "--duration", "20"];
+        let said = fail(f, code, &[&run[..], &OVER_SERIAL, &files].concat());
+        assert!(said.contains("/dev/full") && said.contains("No space left"), "{said}");
+        robot = plugged.unplug();
+        assert!(robot.is_left_in_order(), "{said}");
+        assert_eq!(said.contains("run.mcap"), code == 1, "{said}");
+    }
+    let (requests, _) = requests_and_events(&f.join("run.mcap"));
+    assert_eq!(requests[requests.len() - 2..], [HostMessage::Disarm, HostMessage::SimulatedSensors(false)]);
+}
+
+#[test]
+fn a_console_whose_robot_is_unplugged_says_where_its_recording_is() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let _robot = Plugged::until(&f.join("robot"), BenchRobot::new(false), |said| said > 20_000);
+    let console = ["console", "--simulate", "--speed", "1000", "--duration", "1000"];
+    let files = ["--csv", "talk.csv", "--log", "talk.mcap"];
+    let said = fail(f, 1, &[&console[..], &OVER_SERIAL, &files].concat());
+    for words in ["gone", "recorded until then", "talk.csv, talk.mcap"] {
+        assert!(said.contains(words), "'{words}' is not said: {said}");
+    }
+    assert!(barrel::csv::read(&f.join("talk.csv")).expect("a whole CSV").rows() > 50);
+    requests_and_events(&f.join("talk.mcap"));
+}
+
+#[test]
+fn a_command_that_does_not_end_is_killed_and_named() {
+    let waits = || output_within(Duration::from_millis(200), Command::new("sleep").arg("60"), "");
+    let panicked = std::panic::catch_unwind(waits).expect_err("it sleeps on");
+    let said = panicked.downcast::<String>().expect("words");
+    assert!(said.contains("sleep") && said.contains("did not end within 200ms"), "{said}");
 }
 
 #[test]

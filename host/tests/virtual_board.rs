@@ -5,12 +5,13 @@
 mod bench;
 
 use barrel::log::{Entry, Reader};
-use bench::{Device, Noisy, OVER_SERIAL, Plugged, Running, in_turn, succeed, talk};
+use bench::{Device, Noisy, OVER_SERIAL, Paced, Plugged, Running, hold_up, in_turn, succeed, talk};
 use hil_sim::experiment::Experiment;
 use hil_sim::link::Board;
 use hil_sim::setup::{BodyKind, Setup};
 use hil_sim::virtual_board::VirtualBoard;
 use hil_sim::world::{Command, World};
+use protocol::message::Vitals;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,6 +34,8 @@ struct OnBench {
     world: World,
     /// Somebody presses the reset button.
     reset: Arc<AtomicBool>,
+    /// How long it has lived, ms.
+    lived: u64,
 }
 
 /// Milliseconds that the board lives in a turn, unless it says something before.
@@ -43,7 +46,7 @@ impl OnBench {
         let experiment = Experiment::find("homeokinetic").expect("an experiment");
         let mut world = World::new(Setup::new(experiment, BodyKind::Tabletop)).expect("a barrel");
         world.lie_down().expect("it lies");
-        OnBench { board: VirtualBoard::power_on(&image()).expect("an image"), world, reset: Arc::default() }
+        OnBench { board: VirtualBoard::power_on(&image()).expect("an image"), world, reset: Arc::default(), lived: 0 }
     }
 }
 
@@ -56,6 +59,7 @@ impl Device for OnBench {
         for _ in 0..TURN {
             let duty = self.board.tick(&self.world.transducers(), arrived, out).expect("the board goes on");
             self.world.advance(1, Command::Duty(duty.map(f64::from)));
+            self.lived += 1;
             arrived = &[];
             if !out.is_empty() {
                 return;
@@ -217,8 +221,31 @@ fn the_monitor_records_the_board_through_resets_and_while_it_is_unplugged() {
         }
     }
     assert!(steps > 50 && vitals.len() > 2, "{steps} steps, {} vitals", vitals.len());
-    assert!(vitals.iter().all(|second| second.overruns == 0), "the monitor made the robot wait: {vitals:?}");
     for words in ["connected:", "gone:", "reset: the robot was reset", "last start: power on"] {
         assert!(events.iter().any(|event| event.contains(words)), "no '{words}' in {events:#?}");
     }
+}
+
+#[test]
+fn a_monitor_that_is_held_up_never_makes_the_board_wait() {
+    let folder = TempDir::new().expect("a folder");
+    let f = folder.path();
+    let board = Paced::new(OnBench::new(), |board| board.lived);
+    let lived = Arc::clone(&board.lived);
+    let held = hold_up(f, board, &lived);
+    assert!(held.meanwhile >= 1000, "the board lived {} ms while the monitor did not", held.meanwhile);
+    assert_eq!(held.counted, held.dropped);
+
+    let entries = Reader::open(&f.join("watch.mcap")).expect("a log").map(|entry| entry.expect("an undamaged log"));
+    let vitals: Vec<Vitals> = entries
+        .filter_map(|entry| match entry {
+            Entry::Vitals { vitals, .. } => Some(vitals),
+            _ => None,
+        })
+        .collect();
+    let (Some(first), Some(last)) = (vitals.first(), vitals.last()) else { panic!("no vitals were heard") };
+    // By its own account, too: its ticks went on, each in its time, and every frame found its UART ready.
+    assert!(u64::from(last.ticks - first.ticks) >= held.meanwhile, "{first:?} to {last:?}");
+    assert!(vitals.iter().all(|second| second.overruns == 0), "it was made to wait: {vitals:?}");
+    assert_eq!(last.unsent, first.unsent, "the line held it up");
 }

@@ -71,7 +71,13 @@ impl Serial {
 
 impl Transport for Serial {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        self.port.write_all(bytes).map_err(|error| self.gone(&error))
+        self.port.write_all(bytes).map_err(|error| match error.kind() {
+            io::ErrorKind::TimedOut => LinkError::Broken(format!(
+                "the port {} takes nothing that is written to it: what is on it has stopped; unplug it and plug it in again",
+                self.name
+            )),
+            _ => self.gone(&error),
+        })
     }
 
     fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError> {

@@ -6,11 +6,11 @@ use crate::commands::run::{About, OverLink, description, over_link, title};
 use crate::console::robot::{self, HOMED, Pending, Robot, is_next, unless_refused};
 use crate::console::{Action, Command, Console, ConsoleError, Input, Target, execute};
 use crate::failure::Failure;
-use crate::recorder::{Places, Recorder};
+use crate::recorded::{Recorded, Step};
+use crate::recorder::Places;
 use crate::words;
 use hil_sim::coupling::Coupling;
 use hil_sim::measure::Measures;
-use hil_sim::run::Run;
 use hil_sim::setup::BodyKind;
 use protocol::message::{SafetyState, Vitals};
 use protocol::{HostMessage, Id, RobotMessage};
@@ -26,23 +26,27 @@ use std::time::{Duration, Instant};
 pub fn console(args: &ConsoleArgs) -> Result<(), Failure> {
     match &args.setup.link {
         Link::Serial(address) if !args.simulate => robot_console(args, address),
-        _ => over_link(&args.setup, Session(args)),
+        _ => {
+            let places = Places::new(args.csv.clone(), args.log.clone(), None);
+            // What is wrong with the places is said before a robot hears of the run.
+            places.check()?;
+            over_link(&args.setup, Session { args, places })
+        }
     }
 }
 
-struct Session<'a>(&'a ConsoleArgs);
+struct Session<'a> {
+    args: &'a ConsoleArgs,
+    places: Places,
+}
 
 impl OverLink for Session<'_> {
     fn over(self, link: impl Coupling, robot: &About) -> Result<(), Failure> {
-        let args = self.0;
-        let run = Run::start(args.setup.setup()?, link).map_err(Failure::bad)?;
-        let places = Places { csv: args.csv.clone(), log: args.log.clone(), plot: None };
-        let about = description(&args.setup, run.setup(), robot, args.duration);
-        let values = run.setup().values.clone();
-        let recorder = Recorder::create(&places, &about, &values, title(&args.setup, 0.0))?;
+        let Session { args, places } = self;
+        let setup = args.setup.setup()?;
+        let about = description(&args.setup, &setup, robot, args.duration);
         let mut barrel = Barrel {
-            run,
-            recorder,
+            recorded: Recorded::start(setup, link, || Ok(places), &about, title(&args.setup, 0.0))?,
             speed: args.speed,
             pace: Pace::Going,
             pending: None,
@@ -53,16 +57,17 @@ impl OverLink for Session<'_> {
         console.print(&format!(
             "{} on the {} body, seed {}; help explains, quit ends",
             args.setup.experiment.name,
-            barrel.run.setup().body.name(),
+            BodyKind::from(args.setup.body).name(),
             args.setup.seed
         ));
-        let ended = barrel.go_on(&mut console, args.duration.unwrap_or(f64::INFINITY));
-        // What there is, is kept, however it ended.
-        barrel.recorder.finish()?;
-        let measures = ended?;
-        barrel.run.finish().map_err(Failure::broken)?;
+        let mut measures = Measures::default();
+        let ended = barrel.go_on(&mut console, &mut measures, args.duration.unwrap_or(f64::INFINITY));
+        let files = barrel.recorded.finish(ended)?;
         for line in measures.summary() {
             console.print(&line);
+        }
+        for file in files {
+            console.print(&format!("written: {}", file.display()));
         }
         Ok(())
     }
@@ -89,8 +94,7 @@ enum Pace {
 
 /// A run that can be talked to.
 struct Barrel<L> {
-    run: Run<L>,
-    recorder: Recorder,
+    recorded: Recorded<L>,
     speed: f64,
     pace: Pace,
     /// What the robot was set to and has not come to the end of.
@@ -110,15 +114,13 @@ const NAP: Duration = Duration::from_millis(50);
 
 impl<L: Coupling> Barrel<L> {
     /// Steps in pace with the clock, and carries out lines in between, until the end or `quit`.
-    fn go_on(&mut self, console: &mut Console, end: f64) -> Result<Measures, Failure> {
-        let mut measures = Measures::default();
+    fn go_on(&mut self, console: &mut Console, measures: &mut Measures, end: f64) -> Result<(), Failure> {
         let mut listening = true;
-        let mut state = SafetyState::Armed;
-        let (mut origin, mut speed) = ((Instant::now(), self.run.time()), self.speed);
-        while !self.quit && self.run.time() < end {
+        let (mut origin, mut speed) = ((Instant::now(), self.recorded.time()), self.speed);
+        while !self.quit && self.recorded.time() < end {
             let ahead = self.ahead(origin);
             if self.pace != Pace::Going || speed != self.speed || ahead < -TOO_LATE {
-                (origin, speed) = ((Instant::now(), self.run.time()), self.speed);
+                (origin, speed) = ((Instant::now(), self.recorded.time()), self.speed);
             }
             // The clock is waited for in naps, so that a line is carried out when it is typed.
             let nap = match self.pace {
@@ -165,43 +167,39 @@ impl<L: Coupling> Barrel<L> {
                 Pace::Steps(_) => true,
             };
             if is_due {
-                let record = self.run.step().map_err(Failure::broken)?;
-                self.recorder.step(&record, self.run.link_mut())?;
+                let Step { record, state } = self.recorded.step()?;
                 measures.add(&record);
-                let now = self.run.state();
-                if now != state {
-                    self.recorder.event(self.run.time(), "state", &format!("{now:?}"))?;
-                    console.print(&format!("{:.2} s: {}", self.run.time(), words::state(now)));
-                    state = now;
+                if let Some(state) = state {
+                    console.print(&format!("{:.2} s: {}", record.brain.t, words::state(state)));
                 }
-                self.look(now, measures.steps(), console);
+                self.look(self.recorded.run.state(), measures.steps(), console);
                 if let Pace::Steps(n) = self.pace {
                     self.pace = if n > 1 { Pace::Steps(n - 1) } else { Pace::Paused };
                 }
             }
         }
-        Ok(measures)
+        Ok(())
     }
 
     /// How long until the next step is due, s, when the clock and the simulated time stood at `origin` together.
     fn ahead(&self, origin: (Instant, f64)) -> f64 {
-        (self.run.time() - origin.1) / self.speed - origin.0.elapsed().as_secs_f64()
+        (self.recorded.time() - origin.1) / self.speed - origin.0.elapsed().as_secs_f64()
     }
 
     fn line(&mut self, line: Result<Command, ConsoleError>, console: &mut Console) -> Result<(), Failure> {
-        let t = self.run.time();
+        let t = self.recorded.time();
         match line.and_then(|command| execute(&command, self).map(|said| (command, said))) {
             Ok((command, said)) => {
                 console.print(&said);
                 match command {
-                    Command::Set(..) | Command::Load(_) => self.recorder.event(t, "parameter", &said)?,
-                    Command::Act(Action::Push { .. }) => self.recorder.event(t, "push", &said)?,
+                    Command::Set(..) | Command::Load(_) => self.recorded.recorder.event(t, "parameter", &said)?,
+                    Command::Act(Action::Push { .. }) => self.recorded.recorder.event(t, "push", &said)?,
                     _ => {}
                 }
             }
             Err(error) => console.print(&error.to_string()),
         }
-        self.recorder.frames(t, self.run.link_mut())
+        self.recorded.recorder.frames(t, self.recorded.run.link_mut())
     }
 
     /// Looks whether the robot has come to the end of what it was set to, and says so.
@@ -221,25 +219,26 @@ impl<L: Coupling> Barrel<L> {
 
 impl<L: Coupling> Robot for Barrel<L> {
     fn ask(&mut self, message: &HostMessage) -> Result<RobotMessage, String> {
-        unless_refused(self.run.ask(message).map(|answer| answer.message))
+        unless_refused(self.recorded.run.ask(message).map(|answer| answer.message))
     }
 
     fn vitals(&self) -> Option<&Vitals> {
-        self.run.link().vitals()
+        self.recorded.run.link().vitals()
     }
 }
 
 impl<L: Coupling> Target for Barrel<L> {
     fn get(&mut self, id: Id) -> Result<f64, String> {
-        self.run.get(id).map_err(|error| error.to_string())
+        self.recorded.run.get(id).map_err(|error| error.to_string())
     }
 
     fn set(&mut self, id: Id, value: f64) -> Result<f64, String> {
-        self.run.set(id, value).map_err(|error| error.to_string())
+        self.recorded.run.set(id, value).map_err(|error| error.to_string())
     }
 
     fn act(&mut self, action: Action) -> Result<String, String> {
-        if matches!(action, Action::Home | Action::Calibrate(_)) && self.run.setup().body == BodyKind::Chapter {
+        if matches!(action, Action::Home | Action::Calibrate(_)) && self.recorded.run.setup().body == BodyKind::Chapter
+        {
             return Err("the chapter's body has no axes to home and no inertial sensor to calibrate; \
                         --body tabletop has both"
                 .to_owned());
@@ -252,12 +251,12 @@ impl<L: Coupling> Target for Barrel<L> {
         }
         match action {
             Action::Push { torque, seconds } => {
-                self.run.push(torque, seconds);
-                Ok(format!("pushing with {torque} N m for {seconds} s from {:.2} s on", self.run.time()))
+                self.recorded.run.push(torque, seconds);
+                Ok(format!("pushing with {torque} N m for {seconds} s from {:.2} s on", self.recorded.time()))
             }
             Action::Pause => {
                 self.pace = Pace::Paused;
-                Ok(format!("paused at {:.2} s", self.run.time()))
+                Ok(format!("paused at {:.2} s", self.recorded.time()))
             }
             Action::Go => {
                 self.pace = Pace::Going;

@@ -3,15 +3,18 @@
 //! It asks a robot who it is and what its parameters are, and from then on it listens. A robot never waits for it: what the
 //! line cannot take, the robot drops.
 
-use crate::cli::MonitorArgs;
+use crate::cli::{Address, MonitorArgs};
 use crate::failure::Failure;
-use crate::journal::{Journal, News};
+use crate::interrupt;
+use crate::journal::{Journal, News, parameters};
 use crate::reach::{Finder, Found};
+use crate::recorder::Places;
 use crate::words;
-use hil_sim::link::{Line, LinkError, Serial, hello};
+use hil_sim::link::{Identity, Line, LinkError, Serial, hello};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use protocol::RobotMessage;
 use protocol::message::SafetyState;
-use std::path::Path;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -20,8 +23,9 @@ use std::time::{Duration, Instant};
 const LOOK: Duration = Duration::from_millis(500);
 /// How long the line is listened to before the figures and the end are looked at.
 const MOMENT: Duration = Duration::from_millis(50);
-/// A robot that says nothing for so long is asked.
-const SILENCE: Duration = Duration::from_secs(1);
+/// A robot that says nothing for so many moments in a row is asked. They are counted: a clock goes on while this process is
+/// held up, and what the robot said meanwhile is still to be read.
+const SILENCE: u32 = 20;
 /// A robot that does not even answer for so long is looked for elsewhere.
 const DESERTED: Duration = Duration::from_secs(5);
 
@@ -30,12 +34,12 @@ const DESERTED: Duration = Duration::from_secs(5);
 /// # Errors
 /// A named port without a robot; a log that cannot be written; no robot until the end.
 pub fn monitor(args: &MonitorArgs) -> Result<(), Failure> {
-    if let Some(log) = &args.log {
-        check_place(log)?;
+    // What is wrong with the log's place is said before a robot is looked for.
+    match &args.log {
+        Some(log) => Places::new(None, Some(log.clone()), None).check()?,
+        None => Places::check_run_folder()?,
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).map_err(Failure::broken)?;
+    let stop = interrupt::flag()?;
     let mut watch = Watch {
         args,
         journal: Journal::new(),
@@ -46,28 +50,18 @@ pub fn monitor(args: &MonitorArgs) -> Result<(), Failure> {
     };
     let ended = watch.go_on();
     watch.screen.clear();
+    let robots = watch.robots;
     let (steps, lost, garbled) = (watch.journal.steps(), watch.journal.lost(), watch.journal.garbled());
     let log = watch.journal.finish()?;
     ended?;
     let Some(log) = log else {
-        return Err(Failure::broken("no robot was found"));
+        return Err(Failure::broken(match robots {
+            0 => "no robot was found",
+            _ => "the robot was gone before its parameters were known: there is no log",
+        }));
     };
     say!("{steps} control steps; {lost} frames lost, {garbled} garbled");
     say!("Written:\n  {}", log.display());
-    Ok(())
-}
-
-/// Makes sure that the log can be written before a robot is looked for; what was not there is not there afterwards.
-fn check_place(path: &Path) -> Result<(), Failure> {
-    let is_new = !path.exists();
-    let opened = std::fs::File::options().append(true).create(true).open(path);
-    opened.map_err(|error| {
-        Failure::bad(format!("cannot write {}: {error}; say with --log where it may be written", path.display()))
-    })?;
-    if is_new {
-        // What cannot be removed now is written over later.
-        let _ = std::fs::remove_file(path);
-    }
     Ok(())
 }
 
@@ -92,11 +86,10 @@ struct Watch<'a> {
 impl Watch<'_> {
     fn go_on(&mut self) -> Result<(), Failure> {
         let mut finder = Finder::new(self.args.port.clone());
-        let mut told = Vec::new();
+        let mut told = BTreeSet::new();
         while !self.is_over() {
-            match finder.look() {
+            match finder.look(Instant::now()) {
                 Ok(found) => {
-                    told.clear();
                     let address = found.address.clone();
                     if let Left::Gone(why) = self.listen_to(found)? {
                         self.tell("gone", &format!("{why}; looking for the robot"))?;
@@ -106,9 +99,10 @@ impl Watch<'_> {
                 }
                 Err(why) if self.robots == 0 && self.args.port.is_some() => return Err(Failure::bad(why.join("; "))),
                 Err(why) => {
-                    if self.robots == 0 && told != why {
-                        self.screen.notice(&format!("{}; looking on, Ctrl-C ends", why.join("\n")));
-                        told = why;
+                    // Ports come and go, and may be in use every other moment: each thing is said once.
+                    let news: Vec<String> = why.into_iter().filter(|why| told.insert(why.clone())).collect();
+                    if self.robots == 0 && !news.is_empty() {
+                        self.screen.notice(&format!("{}; looking on, Ctrl-C ends", news.join("\n")));
                     }
                     self.nap(LOOK);
                 }
@@ -134,46 +128,59 @@ impl Watch<'_> {
         self.journal.event(kind, text)
     }
 
-    /// Listens to a robot until it is gone or the time is up.
+    /// Follows a robot until it is gone or the time is up.
     fn listen_to(&mut self, found: Found) -> Result<Left, Failure> {
         let Found { mut line, identity, address } = found;
+        self.robots += 1;
         if let Err(error) = line.transport_mut().set_patience(MOMENT) {
             return Ok(Left::Gone(error.to_string()));
         }
         self.journal.connected(&line, &identity);
-        self.robots += 1;
-        if self.robots == 1 {
+        let left = self.attend(&mut line, &identity, &address)?;
+        // What it said while it was asked something is the last that is known of it.
+        while let Some(message) = line.overheard() {
+            self.heard(&message, &mut line)?;
+        }
+        self.journal.rest(&mut line)?;
+        Ok(left)
+    }
+
+    /// Begins the log, if there is none yet, and listens.
+    fn attend(&mut self, line: &mut Line<Serial>, identity: &Identity, address: &Address) -> Result<Left, Failure> {
+        if !self.journal.has_log() {
+            let values = match parameters(line) {
+                Ok(values) => values,
+                Err(error) => return Ok(Left::Gone(error.to_string())),
+            };
             let mut command = format!("barrel monitor --port {address}");
             if let Some(duration) = self.args.duration {
                 command += &format!(" --duration {duration}");
             }
             let link = format!("serial:{address}");
-            self.journal.begin_log(self.args.log.as_deref(), &command, &link, &identity, &mut line)?;
+            self.journal.begin_log(self.args.log.as_deref(), &command, &link, identity, &values)?;
         }
         let back = if self.robots > 1 { " again" } else { "" };
-        let who = words::identity(&identity).join("; ");
+        let who = words::identity(identity).join("; ");
         self.tell("connected", &format!("found the robot on {address}{back}: {who}"))?;
         let mut heard = Instant::now();
+        let mut quiet = 0;
         let mut silent = false;
         while !self.is_over() {
             match line.listen() {
                 Ok(Some(message)) => {
-                    heard = Instant::now();
-                    silent = false;
-                    for news in self.journal.heard(&message, &mut line)? {
-                        self.news(news, &mut line)?;
-                    }
+                    (heard, quiet, silent) = (Instant::now(), 0, false);
+                    self.heard(&message, line)?;
                 }
-                Ok(None) => self.journal.rest(&mut line)?,
-                Err(error) => {
-                    self.journal.rest(&mut line)?;
-                    return Ok(Left::Gone(error.to_string()));
+                Ok(None) => {
+                    quiet += 1;
+                    self.journal.rest(line)?;
                 }
+                Err(error) => return Ok(Left::Gone(error.to_string())),
             }
-            if heard.elapsed() >= SILENCE {
-                match hello(&mut line) {
+            if quiet >= SILENCE {
+                match hello(line) {
                     // It has nothing to say, as with the sensors of a simulation on its other line.
-                    Ok(_) => heard = Instant::now(),
+                    Ok(_) => (heard, quiet) = (Instant::now(), 0),
                     Err(LinkError::Broken(why)) => return Ok(Left::Gone(why)),
                     Err(_) if heard.elapsed() >= DESERTED && self.args.port.is_none() => {
                         return Ok(Left::Gone(format!("the robot on {address} does not answer")));
@@ -188,8 +195,14 @@ impl Watch<'_> {
             }
             self.screen.show(&self.journal);
         }
-        self.journal.rest(&mut line)?;
         Ok(Left::End)
+    }
+
+    fn heard(&mut self, message: &RobotMessage, line: &mut Line<Serial>) -> Result<(), Failure> {
+        for news in self.journal.heard(message, line)? {
+            self.news(news, line)?;
+        }
+        Ok(())
     }
 
     fn news(&mut self, news: News, line: &mut Line<Serial>) -> Result<(), Failure> {

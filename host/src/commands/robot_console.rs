@@ -6,8 +6,9 @@ use crate::commands::run::About;
 use crate::console::robot::{self, HOMED, Pending, Robot, is_next, unless_refused};
 use crate::console::{Action, Command, Console, ConsoleError, Input, Target, execute};
 use crate::failure::Failure;
-use crate::journal::{Journal, News};
+use crate::journal::{Journal, News, parameters};
 use crate::reach::reach;
+use crate::recorder::Places;
 use crate::words;
 use hil_sim::link::{HELLO, Line, Link, Serial, recognise};
 use hil_sim::run::{as_set, in_decimal};
@@ -31,13 +32,16 @@ pub fn robot_console(args: &ConsoleArgs, address: &Address) -> Result<(), Failur
             "--set, --push, --csv and --speed are for a simulated run: set parameters in the console, or add --simulate",
         ));
     }
+    // What is wrong with its place is said before the robot hears of it.
+    Places::new(None, args.log.clone(), None).check()?;
     let (mut line, identity) = reach(address)?;
     About::checked(&identity, args.setup.precision)?;
     let mut journal = Journal::new();
     journal.connected(&line, &identity);
     if let Some(log) = &args.log {
         let (link, command) = (args.setup.link.to_string(), format!("barrel console --link {}", args.setup.link));
-        journal.begin_log(Some(log), &command, &link, &identity, &mut line)?;
+        let values = parameters(&mut line).map_err(Failure::broken)?;
+        journal.begin_log(Some(log), &command, &link, &identity, &values)?;
     }
     let mut console = Console::start(history().as_deref());
     console.print(&format!("the robot on {address}; help explains, quit ends"));
@@ -48,6 +52,8 @@ pub fn robot_console(args: &ConsoleArgs, address: &Address) -> Result<(), Failur
         let duration = args.duration.unwrap_or(f64::INFINITY);
         session.go_on(&mut console, duration)
     });
+    // The last that was heard belongs into the log, however it ended.
+    let ended = session.journal.rest(&mut session.line).and(ended);
     if ended.is_ok() && session.journal.telemetry().is_some_and(|last| last.state == SafetyState::Armed) {
         console.print("the robot stays Armed");
     }

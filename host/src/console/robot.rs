@@ -36,7 +36,7 @@ impl Pending {
                 None
             }
             (Pending::Homing(true), SafetyState::Disarmed) => Some(Ok(())),
-            (Pending::Homing(_), SafetyState::Fault(code)) => Some(Err(format!("not homed: {}", words::fault(code)))),
+            (Pending::Homing(_), SafetyState::Fault(code)) => Some(Err(format!("not homed: {code}"))),
             _ => None,
         }
     }
