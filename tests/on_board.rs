@@ -10,6 +10,7 @@ use hil_sim::record::Record;
 use hil_sim::run::Run;
 use hil_sim::setup::BodyKind;
 use hil_sim::virtual_board::VirtualBoard;
+use protocol::HostMessage;
 use std::path::Path;
 
 fn start(image: &Path, seed: u64) -> Run<Embodied<VirtualBoard>> {
@@ -75,6 +76,21 @@ fn in_fixed_point_it_leaves_rest_and_sweeps_too() {
     let measures = measure(40.0, || run.step().expect("goes on"));
     assert!(measures.left_rest().is_some(), "it stayed at rest");
     assert!(measures.turns() > 1.0, "{} turns", measures.turns());
+}
+
+#[test]
+fn vitals_tell_where_the_encoders_stand() {
+    let mut bench = Bench::power_on(&image(), "homeokinetic", 1, &[]);
+    let mut stand = |milliseconds| {
+        bench.pass(milliseconds);
+        let (told, there) = (bench.vitals().encoder, bench.world.transducers().encoder);
+        bench.ask(HostMessage::Home);
+        std::array::from_fn::<_, 2, _>(|i| there[i] - told[i])
+    };
+    // Homing takes the weights from wherever they lie to their ends and to the middle.
+    let offset = stand(1500);
+    assert_eq!(stand(10_000), offset);
+    assert!(bench.vitals().homed);
 }
 
 #[test]

@@ -180,10 +180,17 @@ fn lying(k: i16) -> Senses {
     Senses { imu: Some(ImuCounts { accelerometer: [k % 3, 0, -8192], gyroscope: [k % 2, 0, 0] }), ..Senses::default() }
 }
 
+/// Lets it lie for so many servo ticks.
+fn rest(robot: &mut Robot<f32>, ticks: u16) {
+    for k in 0..ticks {
+        robot.servo_tick(&lying(k.cast_signed()));
+    }
+}
+
 #[test]
 fn a_simulation_leaves_nothing_of_itself_in_the_robot() {
     let mut robot = calibrated();
-    (0..50).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    rest(&mut robot, 50);
     let inclination = robot.telemetry().x;
     assert!((inclination[1] - 1.0).abs() < 0.01, "{inclination:?}");
     let held = |robot: &Robot<f32>| Id::ALL.iter().map(|id| robot.get(*id)).collect::<Vec<_>>();
@@ -214,7 +221,7 @@ fn a_simulation_leaves_nothing_of_itself_in_the_robot() {
     tell(&mut robot, HostMessage::SimulatedSensors(false));
 
     assert_eq!(held(&robot), before);
-    (0..50).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    rest(&mut robot, 50);
     let after = robot.telemetry().x;
     assert!((after[1] - 1.0).abs() < 0.01, "{after:?}");
     assert_eq!(tell(&mut robot, HostMessage::Arm), RobotMessage::Refused(Refusal::NotHomed));
@@ -271,11 +278,11 @@ fn a_microcontroller_whose_own_supply_sags_lets_go_of_the_motors() {
 #[test]
 fn a_calibration_step_does_not_go_on_while_the_motors_move() {
     let mut robot = calibrated();
-    (0..50).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    rest(&mut robot, 50);
     tell(&mut robot, HostMessage::Calibrate(CalibrationStep::Still));
-    (0..100).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    rest(&mut robot, 100);
     tell(&mut robot, HostMessage::Home);
-    (0..READINGS as i16).for_each(|k| drop(robot.servo_tick(&lying(k))));
+    rest(&mut robot, READINGS);
     let idle = CalibrationProgress { phase: CalibrationPhase::Idle, attitudes: 0 };
     assert_eq!(tell(&mut robot, HostMessage::Calibrate(CalibrationStep::Status)), RobotMessage::Calibration(idle));
 }

@@ -80,6 +80,7 @@ pub fn vitals(v: &Vitals) -> Vec<String> {
             v.imu_missed,
             f64::from(v.battery_mv) / 1000.0
         ),
+        format!("encoders at {} and {} counts since its start", v.encoder[0], v.encoder[1]),
         format!("on this line {} frames found no room, {} arrived garbled", v.unsent, v.garbled),
     ]
 }

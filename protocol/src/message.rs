@@ -206,6 +206,8 @@ pub struct Vitals {
     pub imu_missed: u32,
     /// Supply of the motors, mV.
     pub battery_mv: u16,
+    /// Where the encoders of the two axes stand, counts since the start.
+    pub encoder: [i32; 2],
     /// Frames that found this line busy and were not sent.
     pub unsent: u32,
     /// Frames that arrived garbled on this line.

@@ -33,6 +33,7 @@ fn busiest() -> Vitals {
         overruns: u32::MAX,
         imu_missed: u32::MAX,
         battery_mv: u16::MAX,
+        encoder: [i32::MIN; 2],
         unsent: u32::MAX,
         garbled: u32::MAX,
     }
@@ -120,6 +121,7 @@ fn full_state_at_50_hz_leaves_a_fifth_of_a_57600_baud_radio_free() {
         overruns: 100,
         imu_missed: 100_000,
         battery_mv: 12_000,
+        encoder: [-860, 860],
         unsent: 10_000,
         garbled: 100,
         ..busiest()

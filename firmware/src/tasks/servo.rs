@@ -8,7 +8,7 @@ use firmware::Robot;
 use firmware::load::LoadMeter;
 use firmware::robot::Senses;
 use firmware::timing::SERVO_HZ;
-use protocol::message::{Refusal, SafetyState};
+use protocol::message::{Refusal, SafetyState, Vitals};
 use protocol::{HostMessage, RobotMessage};
 
 use crate::board::{Axes, Imu, StopInputs, Supply, Watchdog};
@@ -89,9 +89,10 @@ pub async fn servo(
                 Some(millivolts)
             }
         };
+        let encoder = axes.counts();
         let tick = robot.servo_tick(&Senses {
             imu: reading,
-            encoder: axes.counts(),
+            encoder,
             stop_button: stop.button(),
             stop_loop_open: stop.loop_open(),
             battery_mv: measured,
@@ -113,7 +114,10 @@ pub async fn servo(
         }
         ticks = ticks.wrapping_add(1);
         if ticks.is_multiple_of(SERVO_HZ) {
-            vitals(&robot, &mut meter, battery);
+            meter.awake(AWAKE.swap(0, Relaxed));
+            let mut vitals = meter.second();
+            (vitals.battery_mv, vitals.encoder) = (battery, encoder);
+            tell(&robot, vitals);
         }
         show(&robot);
     }
@@ -147,13 +151,10 @@ fn post(port: Port, message: Outgoing) {
     }
 }
 
-/// The figures of the second that has passed.
-fn vitals(robot: &Robot<Brain>, meter: &mut LoadMeter, battery: u16) {
-    meter.awake(AWAKE.swap(0, Relaxed));
-    let mut vitals = meter.second();
+/// Tells both hosts the figures of the second that has passed.
+fn tell(robot: &Robot<Brain>, mut vitals: Vitals) {
     vitals.homed = robot.homed();
     vitals.simulated_sensors = robot.simulated_sensors();
-    vitals.battery_mv = battery;
     for port in Port::ALL {
         vitals.unsent = port.of(&UNSENT).load(Relaxed);
         vitals.garbled = port.of(&GARBLED).load(Relaxed);

@@ -296,7 +296,7 @@ fn figures(journal: &Journal, [steps, bytes]: [f64; 2]) -> Vec<String> {
     }
     if let Some(v) = journal.vitals() {
         lines.push(format!(
-            "awake {:.1} %  servo {} µs  brain {} µs  jitter {:.1} µs  late {}  IMU missed {}  battery {:.1} V{}{}",
+            "awake {:.1} %  servo {} µs  brain {} µs  jitter {:.1} µs  late {}  IMU missed {}  battery {:.1} V  encoders {} {}{}{}",
             f64::from(v.load) / 100.0,
             v.servo_ns / 1000,
             v.brain_ns / 1000,
@@ -304,6 +304,8 @@ fn figures(journal: &Journal, [steps, bytes]: [f64; 2]) -> Vec<String> {
             v.overruns,
             v.imu_missed,
             f64::from(v.battery_mv) / 1000.0,
+            v.encoder[0],
+            v.encoder[1],
             if v.homed { "" } else { "  not homed" },
             if v.simulated_sensors { "  simulated sensors" } else { "" }
         ));

@@ -280,10 +280,17 @@ fn add_vitals<W: Write>(mcap: &mut mcap::Writer<NoSeek<W>>) -> Result<u16, McapE
         ("overruns", "number", "servo ticks that missed their deadline"),
         ("imu_missed", "number", "servo ticks without a new reading of the inertial sensor"),
         ("battery_mv", "number", "supply of the motors [mV]"),
+        ("encoder", "array", "where the encoders of the two axes stand, counts since the robot's start"),
         ("unsent", "number", "frames that found this line busy"),
         ("garbled", "number", "frames that the robot received garbled"),
     ]
-    .map(|(name, kind, help)| (name.to_string(), json!({ "type": kind, "description": help })))
+    .map(|(name, kind, help)| {
+        let mut property = json!({ "type": kind, "description": help });
+        if kind == "array" {
+            property["items"] = json!({ "type": "number" });
+        }
+        (name.to_string(), property)
+    })
     .into_iter()
     .collect();
     let schema = json!({ "type": "object", "description": "how the robot is", "properties": properties });
