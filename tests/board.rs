@@ -10,6 +10,7 @@ use hil_sim::world::World;
 use object::{Object, ObjectSymbol};
 use protocol::message::{Transducers, Vitals};
 use protocol::{HostMessage, RobotMessage};
+use rustc_demangle::demangle;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -43,31 +44,33 @@ fn named(variable: &str) -> PathBuf {
         .into()
 }
 
-/// Where an image has a variable of this name in RAM.
+/// Where an image has the variable in RAM whose path ends like this.
 ///
 /// # Panics
-/// On a name that is none of a variable or of more than one.
-pub fn variable(image: &Path, name: &str) -> Range<u32> {
-    place(image, name, 0x2000_0000..0x4000_0000)
+/// Where there is none, or more than one.
+pub fn variable(image: &Path, path: &str) -> Range<u32> {
+    place(image, path, 0x2000_0000..0x4000_0000)
 }
 
-/// Where an image has the first instruction of a function of this name.
+/// Where an image has the first instruction of the function whose path ends like this.
 ///
 /// # Panics
-/// On a name that is none of a function or of more than one.
-pub fn function(image: &Path, name: &str) -> u32 {
+/// Where there is none, or more than one.
+pub fn function(image: &Path, path: &str) -> u32 {
     // The lowest bit says that it is Thumb code.
-    place(image, name, 0x0800_0000..0x2000_0000).start & !1
+    place(image, path, 0x0800_0000..0x2000_0000).start & !1
 }
 
-fn place(image: &Path, name: &str, memory: Range<u64>) -> Range<u32> {
+/// Where something lies whose path ends like this. Compilers mangle paths in more than one way.
+fn place(image: &Path, path: &str, memory: Range<u64>) -> Range<u32> {
+    let ends_so = |mangled: &str| format!("{:#}", demangle(mangled)).replace(['<', '>'], "").ends_with(path);
     let bytes = std::fs::read(image).expect("the image is there");
     let file = object::File::parse(bytes.as_slice()).expect("an ELF file");
-    let mut found = file.symbols().filter(|symbol| {
-        symbol.size() > 0 && memory.contains(&symbol.address()) && symbol.name().is_ok_and(|n| n.contains(name))
-    });
-    let symbol = found.next().unwrap_or_else(|| panic!("nothing there is called {name}"));
-    assert!(found.next().is_none(), "more than one thing there is called {name}");
+    let mut found = file
+        .symbols()
+        .filter(|symbol| symbol.size() > 0 && memory.contains(&symbol.address()) && symbol.name().is_ok_and(ends_so));
+    let symbol = found.next().unwrap_or_else(|| panic!("nothing there is called {path}"));
+    assert!(found.next().is_none(), "more than one thing there is called {path}");
     let word = |number: u64| u32::try_from(number).expect("an address of 32 bits");
     word(symbol.address())..word(symbol.address() + symbol.size())
 }

@@ -120,7 +120,7 @@ fn a_clock_that_fails_takes_the_motors_outputs_away_by_itself() {
 fn a_core_fault_takes_the_motors_away_at_once_and_is_reported() {
     let mut bench = rolling();
     // The servo's task is overwritten, as by a stray pointer: its next poll is nothing that can be executed.
-    for address in variable(&image(), "tasks5servo5servo4POOL").step_by(4).take(8) {
+    for address in variable(&image(), "tasks::servo::servo::POOL").step_by(4).take(8) {
         bench.board().board.trouble(Trouble::Poke(address, 0xFFFF_FFFF)).expect("there is memory");
     }
     assert!(reset_within(&mut bench, 5) <= 2, "it went on for milliseconds");
@@ -135,7 +135,7 @@ fn a_panic_takes_the_motors_away_at_once_and_is_reported() {
         let mut bench = Bench::start(&image, "closed-loop", 1, &[("omega0", 2.0)]);
         bench.control_step();
         // The inbox's lock says that it is taken, which its owner holds for impossible.
-        for address in variable(&image, "tasks6shared5INBOX").step_by(4) {
+        for address in variable(&image, "tasks::shared::INBOX").step_by(4) {
             bench.board().board.trouble(Trouble::Poke(address, 0xFFFF_FFFF)).expect("there is memory");
         }
         assert!(reset_within(&mut bench, 5) <= 2, "it went on for milliseconds");

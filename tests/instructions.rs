@@ -78,7 +78,7 @@ fn costs(image: &Path, experiment: &str) -> Costs {
     for _ in 0..50 {
         bench.control_step();
     }
-    bench.board().board.watch_framing(function(image, "port4Port8announce")).expect("watched");
+    bench.board().board.watch_framing(function(image, "port::Port::announce")).expect("watched");
     let armed = watch(&mut bench);
     bench.ask(HostMessage::Disarm);
     bench.pass(20);

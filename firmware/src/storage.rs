@@ -31,7 +31,7 @@
 //! a calibration outlives a change of the messages. Reads and writes are tried [`ATTEMPTS`] times, since a bus may garble
 //! one.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use protocol::frame::checksum;
 use protocol::message::{MemoryState, Refusal};
 use protocol::parameter::{BOUNDS, COUNT, Kind, LAYOUT};
 
@@ -55,9 +55,6 @@ const SEQUENCE: usize = LENGTH - 4;
 const CRC_BYTES: usize = 4;
 const IMAGE: usize = HEADER + PAYLOAD + CRC_BYTES;
 const _: () = assert!(IMAGE <= SLOT_DISTANCE as usize);
-
-/// Without a table: it is used once in a while, and a table is a kilobyte.
-static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// The bytes of one slot.
 type Image = [u8; IMAGE];
@@ -251,12 +248,12 @@ fn judge(image: &Image) -> Slot {
     let whole = [HEADER, HEADER + PAYLOAD].into_iter().any(|end| {
         image[..LENGTH] == header(sequence(image))[..LENGTH]
             && image[LENGTH..HEADER] == ((end - HEADER) as u16).to_le_bytes()
-            && image[end..end + CRC_BYTES] == CRC.checksum(&image[..end]).to_le_bytes()
+            && image[end..end + CRC_BYTES] == checksum(&image[..end]).to_le_bytes()
     });
     if whole && decode(image).is_none_or(|record| record.is_sound()) {
         Slot::Valid(sequence(image))
     } else {
-        Slot::Unreadable(CRC.checksum(image))
+        Slot::Unreadable(checksum(image))
     }
 }
 
@@ -296,8 +293,8 @@ fn encode(record: Option<&Record>, sequence: u32, image: &mut Image) -> usize {
         }
         end += PAYLOAD;
     }
-    let checksum = CRC.checksum(&image[..end]);
-    image[end..end + CRC_BYTES].copy_from_slice(&checksum.to_le_bytes());
+    let crc = checksum(&image[..end]).to_le_bytes();
+    image[end..end + CRC_BYTES].copy_from_slice(&crc);
     end + CRC_BYTES
 }
 

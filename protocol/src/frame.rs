@@ -57,9 +57,9 @@ impl core::fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// One function for both directions: it is unrolled, and large where flash is small.
+/// CRC-32/ISO-HDLC of some bytes. One function for all that have it: it is unrolled, and large where flash is small.
 #[inline(never)]
-fn checksum(bytes: &[u8]) -> u32 {
+pub fn checksum(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
