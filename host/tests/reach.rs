@@ -4,7 +4,7 @@
 mod bench;
 
 use barrel::reach::Finder;
-use bench::{BenchRobot, Counted, Loopback, Mute, Plugged, Satellites, fail, pty};
+use bench::{BenchRobot, Counted, Loopback, Mute, Plugged, Satellites, fail};
 use hil_sim::link::serial::{Port, PortKind};
 use hil_sim::link::{Serial, Transport};
 use std::fs::File;
@@ -164,7 +164,7 @@ fn a_named_port_is_asked_at_both_speeds_and_an_echo_is_no_robot() {
 fn a_port_that_takes_nothing_is_not_called_gone() {
     let folder = TempDir::new().expect("a folder");
     let place = folder.path().join("stuck");
-    let _far = pty(&place);
+    let _far = bench::line::pty(&place);
     let mut serial = Serial::open(place.to_str().expect("a path"), 460_800).expect("it can be opened");
     serial.set_patience(Duration::from_millis(50)).expect("set");
     // Nobody reads at the other end.

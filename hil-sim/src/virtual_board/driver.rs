@@ -225,10 +225,8 @@ impl Driver<Barrel> for LockStep {
                 self.servo_instructions = sensed.map(|count| access.instruction_count - count);
             }
             GPIOE_BSRR => self.enabled_meanwhile |= access.value & ENABLE != 0,
-            SPI3_DR => {
-                if session.board_mut().fram().take_reset() {
-                    session.reset_by_pin(access.virtual_time, access.instruction_count, host);
-                }
+            SPI3_DR if session.board_mut().fram().take_reset() => {
+                session.reset_by_pin(access.virtual_time, access.instruction_count, host);
             }
             address if self.framed.is_some() && (UARTS.contains(&address) || DMA1.contains(&address)) => {
                 let framed = self.framed.take();
