@@ -198,7 +198,7 @@ impl ImuMonitor {
         self.same = if self.last == Some(reading) { self.same.saturating_add(1) } else { 0 };
         self.last = Some(reading);
 
-        let square = square(accelerometer);
+        let square = sum_of_squares(accelerometer);
         let knocked = at_full_scale(accelerometer, square);
         self.saturated = if knocked { self.saturated.saturating_add(1) } else { 0 };
         let possible = 819 * 819..=24_576 * 24_576;
@@ -214,7 +214,7 @@ impl ImuMonitor {
             Err(ImpossibleSensor::BusHigh)
         } else if self.jumped(gyroscope) {
             Ok(None)
-        } else if at_full_scale(gyroscope, self::square(gyroscope)) || self.saturated > self.patience.saturated {
+        } else if at_full_scale(gyroscope, sum_of_squares(gyroscope)) || self.saturated > self.patience.saturated {
             Err(ImpossibleSensor::Saturated)
         } else if self.same > self.patience.stuck {
             Err(ImpossibleSensor::Stuck)
@@ -241,8 +241,8 @@ impl ImuMonitor {
     }
 }
 
-/// The squares of the counts, summed: three times 2³⁰ at most.
-fn square(counts: [i16; 3]) -> u32 {
+/// Three times 2³⁰ at most.
+fn sum_of_squares(counts: [i16; 3]) -> u32 {
     counts.iter().map(|c| i32::from(*c).pow(2).cast_unsigned()).sum()
 }
 

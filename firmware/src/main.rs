@@ -8,6 +8,9 @@
 //!             tasks::panel        lamps, battery
 //! ```
 //!
+//! Commands are carried out, and the brain steps, inside a servo tick: the robot has one owner and no lock, and events come in the
+//! order in which they come in process. What takes longer, parsing and framing messages and the memory, is below.
+//!
 //! Every decision is the library's ([`firmware::Robot`]); a motor pin is moved in one place, [`board::Axes`].
 #![no_std]
 #![no_main]
