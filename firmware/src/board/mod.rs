@@ -22,7 +22,6 @@ pub use uart::Uart;
 
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::pac::timer::vals::Bkp;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{bind_interrupts, dma, pac, peripherals, rcc, usart};
@@ -85,6 +84,7 @@ pub fn start() -> Board {
         enable: pins.motor_enable,
         pwm: (p.TIM1, pins.motor1_pwm, pins.motor2_pwm),
         directions: (pins.motor1_direction, pins.motor2_direction),
+        break_input: pins.motor_break,
         encoder1: (p.TIM3, pins.encoder1_a, pins.encoder1_b),
         encoder2: (p.TIM4, pins.encoder2_a, pins.encoder2_b),
     });
@@ -141,14 +141,9 @@ fn probe_clock_runs() -> bool {
     found
 }
 
-/// From now on a clock of the debug probe that stops takes the motors' outputs away by itself, and the core takes the
-/// non-maskable interrupt (RM0090, sections 6.2.7 and 17.3.12). Without that clock in use it does nothing.
+/// From now on a clock of the debug probe that stops takes the motors' outputs away ([`Axes`]), and the core takes the non-maskable
+/// interrupt (RM0090, section 6.2.7). Without that clock in use it does nothing.
 fn watch_clock() {
-    pac::TIM1.bdtr().modify(|w| {
-        // The break input has no pin here and reads low: it is to be high.
-        w.set_bkp(0, Bkp::ACTIVE_HIGH);
-        w.set_bke(0, true);
-    });
     if pac::RCC.cr().read().hserdy() {
         pac::RCC.cr().modify(|cr| cr.set_csson(true));
     }

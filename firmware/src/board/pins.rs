@@ -38,6 +38,7 @@ pins! { $
     motor2_pwm: PE11, "D5", "Motor 2, PWM, TIM1 CH2";
     motor2_direction: PE8, "D42", "Motor 2, direction, high: towards the negative end";
     motor_enable: PE10, "D40", "Both drivers, enable, high; pulled down outside";
+    motor_break: PE15, "D37", "Both motors, break, TIM1 BKIN, high: off; pulled down inside, open";
     encoder1_a: PC6, "D16", "Encoder 1, A, TIM3 CH1";
     encoder1_b: PC7, "D21", "Encoder 1, B, TIM3 CH2";
     encoder2_a: PD12, "D29", "Encoder 2, A, TIM4 CH1";
