@@ -132,7 +132,8 @@ fn is_rotation(calibration: &ImuCalibration) -> bool {
 /// What the memory holds, and the record if there is a valid one: the newer of two.
 pub fn load(memory: &mut impl Memory) -> (MemoryState, Option<Record>) {
     let mut images = [[0; IMAGE]; 2];
-    let Ok(slots) = survey(memory, &mut images) else { return (MemoryState::Absent, None) };
+    // A start cannot ask again later: what a bus that is too bad to tell has shown last is what there is.
+    let Ok((slots, _)) = settled(memory, &mut images, &mut false) else { return (MemoryState::Absent, None) };
     match newest(slots) {
         Some(slot) => match decode(&images[slot]) {
             Some(record) => (MemoryState::Loaded, Some(record)),
@@ -168,7 +169,15 @@ fn replace(memory: &mut impl Memory, record: Option<&Record>) -> Result<(), Memo
     let mut image = [0; IMAGE];
     let mut held = false;
     for _ in 0..ATTEMPTS {
-        let Some((slot, sequence)) = choose(memory, &mut images, &mut held)? else { continue };
+        let (slots, agreed) = settled(memory, &mut images, &mut held)?;
+        if !agreed {
+            continue;
+        }
+        // The older one, and a number that makes it the newer.
+        let (slot, sequence) = match newest(slots) {
+            Some(newest) => (1 - newest, sequence(&images[newest]).wrapping_add(1)),
+            None => (0, 0),
+        };
         let length = encode(record, sequence, &mut image);
         memory.write(address(slot), &image[..length])?;
         // Not only that it is there: that it is what the next start will find. A bus that lost what was read before the
@@ -180,34 +189,31 @@ fn replace(memory: &mut impl Memory, record: Option<&Record>) -> Result<(), Memo
     Err(MemoryError::NotWritten)
 }
 
-/// The slot to write and its sequence number; `None` if the bus is too bad to tell.
+/// What both slots hold, and whether that is certain; if not, the bus is too bad to tell.
 ///
-/// Of two valid slots it is the older one. A slot that is not valid may be torn, or the newest record, misread: it is
-/// written only after two surveys in a row that found the same in both slots. What is torn is the same every time, what
-/// a bus garbles is not. Lost reads are the same, too, but the slots are read in turn: a burst that hides one of them
+/// It is if both are valid. A slot that is not valid may be torn, or the newest record, misread: that takes two surveys
+/// in a row that found the same in both slots. What is torn is the same every time, what a bus garbles is not. Lost reads are the same, too, but the slots are read in turn: a burst that hides one of them
 /// twice hides the other in between. The memory then looks empty, which is not believed once something valid was seen
 /// in it (`held`), as a write leaves one valid slot alone. There remains a burst of nine lost reads or more that begins
 /// before anything valid is read: no reading tells such a memory from an empty one.
-fn choose(
+fn settled(
     memory: &mut impl Memory,
     images: &mut [Image; 2],
     held: &mut bool,
-) -> Result<Option<(usize, u32)>, MemoryError> {
+) -> Result<([Slot; 2], bool), MemoryError> {
     let mut before = None;
+    let mut slots = [Slot::Blank; 2];
     for _ in 0..=ATTEMPTS {
-        let slots = survey(memory, images)?;
-        let newest = newest(slots);
-        *held |= newest.is_some();
-        let agreed = before == Some(slots) && newest.is_some() == *held;
+        slots = survey(memory, images)?;
+        let is_held = newest(slots).is_some();
+        *held |= is_held;
+        let agreed = before == Some(slots) && is_held == *held;
         if agreed || matches!(slots, [Slot::Valid(_), Slot::Valid(_)]) {
-            return Ok(Some(match newest {
-                Some(newest) => (1 - newest, sequence(&images[newest]).wrapping_add(1)),
-                None => (0, 0),
-            }));
+            return Ok((slots, true));
         }
         before = Some(slots);
     }
-    Ok(None)
+    Ok((slots, false))
 }
 
 fn address(slot: usize) -> u16 {

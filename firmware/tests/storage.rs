@@ -564,3 +564,20 @@ fn no_burst_of_bad_reads_puts_the_newest_record_at_the_mercy_of_a_cut() {
     println!("{saved} saved, {cut_off} cut off, {refused} refused");
     assert!(saved > 1000 && cut_off > 1000 && refused > 100, "{saved} saved, {cut_off} cut off, {refused} refused");
 }
+
+#[test]
+fn no_short_burst_of_bad_reads_makes_a_start_take_the_older_record_for_the_newest() {
+    let (older, newest) = (record(1), record(2));
+    for slot in 0..2 {
+        let mut chip = Chip::new(0xFF);
+        let at = [0, SECOND];
+        put(&mut chip, at[slot], &image(8, Some(&newest)));
+        put(&mut chip, at[1 - slot], &image(7, Some(&older)));
+        for (from, length) in (0..6).flat_map(|from| (0..8).map(move |length| (from, length))) {
+            for lost in [false, true] {
+                let mut bad = BadBus { chip: chip.clone(), reads: 0, wrong: from..from + length, lost };
+                assert_eq!(load(&mut bad), loaded(&newest), "slot {slot}, lost {lost}, {length} from {from}");
+            }
+        }
+    }
+}
