@@ -82,8 +82,6 @@ pub struct Watched {
     pub board: VirtualBoard,
     /// What surrounds it, but for what the world moves.
     pub around: Signals,
-    /// The pins after the last millisecond.
-    pub pins: Pins,
     /// Milliseconds in which a motor pin carried something or the drivers were enabled, since this was last set to 0.
     pub driven: u32,
     /// Its line, where that is a bad one.
@@ -98,8 +96,12 @@ pub type Exchange = (Signals, Vec<u8>, Pins);
 impl Watched {
     /// Watches a board.
     pub fn new(board: VirtualBoard) -> Self {
-        let (around, pins) = (Signals::default(), Pins::default());
-        Watched { board, around, pins, driven: 0, line: None, kept: None }
+        Watched { board, around: Signals::default(), driven: 0, line: None, kept: None }
+    }
+
+    /// The pins after the last millisecond.
+    pub fn pins(&self) -> &Pins {
+        self.board.pins()
     }
 
     fn carry(&mut self, bytes: &[u8]) -> Vec<u8> {
@@ -112,14 +114,13 @@ impl Board for Watched {
         let Transducers { accelerometer, gyroscope, encoder } = *sensed;
         let signals = Signals { accelerometer, gyroscope, encoder, ..self.around };
         let to = self.carry(to);
-        let pins = self.board.step(&signals, [&to, &[]])?;
+        let pins = self.board.step(&signals, [&to, &[]])?.clone();
         if let Some(kept) = &mut self.kept {
             kept.push((signals, to, pins.clone()));
         }
         from.extend(self.carry(&pins.from_robot[0]));
         self.driven += u32::from(pins.enabled || pins.enabled_meanwhile || pins.pwm != [0.0; 2]);
-        self.pins = pins;
-        Ok(self.pins.duty)
+        Ok(pins.duty)
     }
 }
 

@@ -45,11 +45,11 @@ fn stays_off(bench: &mut Bench, fault: FaultCode, homed: bool) {
 
 /// Waits for a reset and returns after how many milliseconds it came.
 fn reset_within(bench: &mut Bench, milliseconds: u32) -> u32 {
-    let resets = bench.board().pins.resets;
+    let resets = bench.board().pins().resets;
     for passed in 1..=milliseconds {
         bench.pass(1);
-        if bench.board().pins.resets > resets {
-            assert_eq!(bench.board().pins.resets, resets + 1);
+        if bench.board().pins().resets > resets {
+            assert_eq!(bench.board().pins().resets, resets + 1);
             return passed;
         }
     }
@@ -69,7 +69,7 @@ fn a_servo_that_hangs_is_reset_by_the_watchdog() {
 #[test]
 fn a_tick_that_comes_too_late_takes_the_motors_away_and_is_reported() {
     let mut bench = rolling();
-    let resets = bench.board().pins.resets;
+    let resets = bench.board().pins().resets;
     for _ in 0..2 {
         bench.board().board.trouble(Trouble::StopTime).expect("stops");
         bench.pass(2);
@@ -79,7 +79,7 @@ fn a_tick_that_comes_too_late_takes_the_motors_away_and_is_reported() {
     }
     bench.pass(1000);
     assert!(bench.vitals().overruns >= 2, "{:?}", bench.vitals());
-    assert_eq!(bench.board().pins.resets, resets, "the watchdog has no part in it");
+    assert_eq!(bench.board().pins().resets, resets, "the watchdog has no part in it");
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn a_clock_that_fails_takes_the_motors_outputs_away_by_itself() {
     bench.board().board.trouble(Trouble::FailClock).expect("stops");
     for _ in 0..3 {
         bench.pass(1);
-        assert_eq!(bench.board().pins.pwm, [0.0; 2]);
+        assert_eq!(bench.board().pins().pwm, [0.0; 2]);
     }
 }
 
@@ -160,7 +160,7 @@ fn a_reset_in_mid_run_leaves_it_disarmed_and_not_homed() {
 fn a_power_cut_in_mid_run_leaves_it_disarmed_and_not_homed() {
     let mut bench = rolling();
     bench.board().board.power_cycle().expect("comes up again");
-    assert!(!bench.board().board.pins().enabled_meanwhile, "driven in the first millisecond");
+    assert!(!bench.board().pins().enabled_meanwhile, "driven in the first millisecond");
     bench.board().driven = 0;
     bench.pass(100);
     let identity = bench.hello();

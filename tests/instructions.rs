@@ -53,7 +53,7 @@ fn watch(bench: &mut Bench) -> Seen {
         let mut ticks: Vec<u64> = Vec::new();
         for _ in 0..SERVO_TICKS {
             bench.pass(1);
-            let pins = &bench.board().pins;
+            let pins = bench.board().pins();
             milliseconds.push(pins.instructions);
             // One may begin in one millisecond and end in the next.
             ticks.extend(pins.servo_instructions);

@@ -66,7 +66,7 @@ fn a_power_cut_in_the_middle_of_a_write_leaves_the_old_record_or_the_new_one() {
         set(&mut bench, NEW);
         bench.board().board.trouble(Trouble::CutFram(after)).expect("will be cut");
         let frame = bench.robot.request(&HostMessage::Store, &mut bench.world);
-        let cut = bench.board().pins.fram_cut;
+        let cut = bench.board().pins().fram_cut;
         if !cut {
             assert_eq!(frame.expect("an answer").message, RobotMessage::Stored, "cut after {after} bytes");
         }
@@ -139,11 +139,11 @@ fn a_reset_in_the_middle_of_a_write_leaves_the_old_record_or_the_new_one() {
     let (mut old, mut new) = (0, 0);
     for after in (0..8).chain((8..480).step_by(37)) {
         set(&mut bench, NEW);
-        let resets = bench.board().pins.resets;
+        let resets = bench.board().pins().resets;
         bench.board().board.trouble(Trouble::ResetInWrite(after)).expect("will be reset");
         bench.robot.send(&HostMessage::Store);
         bench.pass(50);
-        let reset = bench.board().pins.resets > resets;
+        let reset = bench.board().pins().resets > resets;
         let identity = bench.hello();
         assert_eq!(identity.memory, MemoryState::Loaded, "reset after {after} bytes");
         match get(&mut bench) {
@@ -172,14 +172,14 @@ fn power_that_goes_while_the_robot_rolls_and_stores_leaves_it_off_with_the_old_r
     bench.robot.send(&HostMessage::Store);
     bench.board().driven = 0;
     let mut waited = 0;
-    while !bench.board().pins.fram_cut {
+    while !bench.board().pins().fram_cut {
         bench.pass(1);
         waited += 1;
         assert!(waited < 50, "it does not store while it is Armed");
     }
     assert_eq!(bench.board().driven, waited, "storing does not stop the servo");
     bench.board().board.power_cycle().expect("comes up again");
-    assert!(!bench.board().board.pins().enabled_meanwhile, "driven in the first millisecond");
+    assert!(!bench.board().pins().enabled_meanwhile, "driven in the first millisecond");
     bench.board().driven = 0;
     bench.pass(200);
     assert_eq!(bench.board().driven, 0);

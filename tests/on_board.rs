@@ -122,7 +122,7 @@ fn a_snapshot_taken_in_mid_run_resumes_identically() {
     let mut resumed = VirtualBoard::resume(&image(), &snapshot).expect("resumes");
     for (millisecond, (signals, to_robot, pins)) in kept.iter().enumerate() {
         let again = resumed.step(signals, [to_robot, &[]]).expect("goes on");
-        assert_eq!(again, *pins, "differs {millisecond} ms after the snapshot");
+        assert_eq!(again, pins, "differs {millisecond} ms after the snapshot");
     }
     assert!(kept.iter().any(|(_, _, pins)| pins.duty != [0.0; 2]), "nothing happened that could differ");
     let other = VirtualBoard::resume(&image_without_logs(), &snapshot).expect_err("a snapshot of another image");

@@ -229,10 +229,7 @@ impl<S: Scalar> Robot<S> {
                 memory: self.memory,
             },
             HostMessage::Arm if !self.homed() => RobotMessage::Refused(Refusal::NotHomed),
-            HostMessage::Arm => {
-                self.calibrator.give_up();
-                self.event(Event::Arm)
-            }
+            HostMessage::Arm => self.event(Event::Arm),
             HostMessage::Disarm => {
                 self.homing = None;
                 self.event(Event::Disarm)
@@ -397,7 +394,6 @@ impl<S: Scalar> Robot<S> {
         }
         let answer = self.event(Event::Arm);
         if self.armed() {
-            self.calibrator.give_up();
             self.homing = Some(Homing::new());
             if !self.simulated_sensors() {
                 self.middle = None;
@@ -498,7 +494,13 @@ impl<S: Scalar> Robot<S> {
 
     fn event(&mut self, event: Event) -> RobotMessage {
         match self.safety.handle(event) {
-            Ok(state) => RobotMessage::State(state),
+            Ok(state) => {
+                if state == SafetyState::Armed {
+                    // What moves from now on is no body at rest.
+                    self.calibrator.give_up();
+                }
+                RobotMessage::State(state)
+            }
             Err(refusal) => RobotMessage::Refused(refusal),
         }
     }

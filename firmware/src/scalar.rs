@@ -1,8 +1,8 @@
 //! The number types that the brain can be run in: `f32`, `f64` and the fixed-point [`Fixed16`].
 //!
 //! Everything here is the same arithmetic on every machine. Transcendental functions come from
-//! `libm` and [`crate::tanh`], which are plain software, and no product is fused with a sum, so an x86 host and a
-//! Cortex-M4F compute the same bits. The fixed-point types saturate where they would overflow, and
+//! `libm` and [`crate::tanh`], which are plain software, and no product is fused with a sum, so an
+//! x86 host and a Cortex-M4F compute the same bits. The fixed-point types saturate where they would overflow, and
 //! division by zero saturates too: nothing in this module panics on any value.
 //!
 //! A state is *stored* in a scalar `S` and each step is *computed* in [`Scalar::Wide`], then
@@ -198,6 +198,7 @@ pub struct FixedWide(pub I32F32);
 
 impl Mul for FixedWide {
     type Output = Self;
+    /// The bits of the crate's product, whose way to them takes a microcontroller half as long again.
     #[inline]
     fn mul(self, other: Self) -> Self {
         let product = (i128::from(self.0.to_bits()) * i128::from(other.0.to_bits())) >> I32F32::FRAC_NBITS;
@@ -209,6 +210,7 @@ impl Mul for FixedWide {
 impl Div for FixedWide {
     type Output = Self;
     /// Division of a positive or negative number by zero saturates with its sign; 0/0 is 0.
+    // It is long, and the solutions of Eq. 11 have many.
     #[inline(never)]
     fn div(self, other: Self) -> Self {
         if other.0.is_zero() {

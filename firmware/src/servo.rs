@@ -20,6 +20,7 @@ use protocol::message::FaultCode;
 use protocol::parameter::Id;
 
 use crate::scalar::Scalar;
+use crate::vector::are_finite;
 
 /// Longest time step that [`Servo::update`] takes, s.
 pub const LONGEST_STEP: f32 = 0.1;
@@ -271,8 +272,7 @@ impl Servo {
             let duty = limited(wanted_duty, axis.duty_limit);
             let drive = Drive { force, duty, limited: wanted != force || wanted_duty != duty };
             // A limit would make a number of what is infinite, so what was wanted is looked at.
-            let finite = 0.0 * wanted + 0.0 * wanted_duty == 0.0;
-            if finite { Ok((wanted, drive)) } else { Err(ServoError::NotFinite) }
+            if are_finite([wanted, wanted_duty]) { Ok((wanted, drive)) } else { Err(ServoError::NotFinite) }
         };
         let held = state.integral;
         state.integral = limited(held + settings.ki * error * dt, settings.integral_limit);

@@ -30,10 +30,14 @@ impl Vec3 {
         Vec3 { x: self.x.clamp_to(low, high), y: self.y.clamp_to(low, high), z: self.z.clamp_to(low, high) }
     }
 
-    /// Whether all three are: nothing times a finite number is nothing, times anything else not a number.
     pub fn is_finite(self) -> bool {
-        0.0 * self.x + 0.0 * self.y + 0.0 * self.z == 0.0
+        are_finite([self.x, self.y, self.z])
     }
+}
+
+/// Whether all of them are finite, with one comparison: nothing times a finite number is nothing, times anything else not a number.
+pub(crate) fn are_finite<const N: usize>(numbers: [f32; N]) -> bool {
+    numbers.into_iter().fold(0.0, |sum, number| sum + 0.0 * number) == 0.0
 }
 
 impl Add for Vec3 {

@@ -189,11 +189,11 @@ impl VirtualBoard {
     ///
     /// # Errors
     /// An emulator that gave up.
-    pub fn step(&mut self, signals: &Signals, to_robot: [&[u8]; 2]) -> Result<Pins, BoardError> {
+    pub fn step(&mut self, signals: &Signals, to_robot: [&[u8]; 2]) -> Result<&Pins, BoardError> {
         match self.emulator.ask(Command::Step(*signals, to_robot.map(<[u8]>::to_vec)))? {
             Reply::Pins(pins) => {
                 self.pins = *pins;
-                Ok(self.pins.clone())
+                Ok(&self.pins)
             }
             _ => Err(out_of_step()),
         }
@@ -277,8 +277,8 @@ impl Board for VirtualBoard {
     ) -> Result<[f32; 2], LinkError> {
         let Transducers { accelerometer, gyroscope, encoder } = *transducers;
         let signals = Signals { accelerometer, gyroscope, encoder, ..Signals::default() };
-        let mut pins = self.step(&signals, [to_robot, &[]])?;
-        from_robot.append(&mut pins.from_robot[0]);
+        let pins = self.step(&signals, [to_robot, &[]])?;
+        from_robot.extend_from_slice(&pins.from_robot[0]);
         Ok(pins.duty)
     }
 }

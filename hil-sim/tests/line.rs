@@ -13,14 +13,44 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::time::Duration;
 
-/// A pipe to a robot, on which byte number `lost` of both directions together is lost.
-struct Leaky {
+/// What becomes of bytes on their way.
+trait Carrier {
+    /// What arrives of them.
+    fn carry(&mut self, bytes: &[u8]) -> Vec<u8>;
+}
+
+/// A pipe to a robot on which, both ways, not every byte arrives.
+struct Lossy<C> {
     pipe: InProcess<f32>,
+    carrier: C,
+}
+
+impl<C: Carrier> Lossy<C> {
+    fn new(carrier: C) -> Self {
+        Lossy { pipe: InProcess::new(Robot::default()), carrier }
+    }
+}
+
+impl<C: Carrier> Transport for Lossy<C> {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        self.pipe.write(&self.carrier.carry(bytes))
+    }
+
+    fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError> {
+        let mut arrived = Vec::new();
+        self.pipe.read(&mut arrived)?;
+        buffer.extend(self.carrier.carry(&arrived));
+        Ok(())
+    }
+}
+
+/// Byte number `lost` of both directions together is lost.
+struct Leaky {
     lost: usize,
     carried: usize,
 }
 
-impl Leaky {
+impl Carrier for Leaky {
     fn carry(&mut self, bytes: &[u8]) -> Vec<u8> {
         let first = self.carried;
         self.carried += bytes.len();
@@ -28,29 +58,14 @@ impl Leaky {
     }
 }
 
-impl Transport for Leaky {
-    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        let bytes = self.carry(bytes);
-        self.pipe.write(&bytes)
-    }
-
-    fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError> {
-        let mut arrived = Vec::new();
-        self.pipe.read(&mut arrived)?;
-        let arrived = self.carry(&arrived);
-        buffer.extend(arrived);
-        Ok(())
-    }
-}
-
 /// A run with this byte lost: its records, and how many bytes went over the line.
 fn records(body: BodyKind, steps: usize, lost: usize) -> (Vec<Record>, usize) {
     let setup = Setup::new(Experiment::find("homeokinetic").expect("an experiment"), body);
-    let line = Line::new(Leaky { pipe: InProcess::new(Robot::default()), lost, carried: 0 });
+    let line = Line::new(Lossy::new(Leaky { lost, carried: 0 }));
     let mut run = Run::start(setup, line).unwrap_or_else(|error| panic!("byte {lost}: {error}"));
     let records = (0..steps).map(|_| run.step().unwrap_or_else(|error| panic!("byte {lost}: {error}"))).collect();
     run.finish().unwrap_or_else(|error| panic!("byte {lost}: {error}"));
-    (records, run.link_mut().transport_mut().carried)
+    (records, run.link_mut().transport_mut().carrier.carried)
 }
 
 #[test]
@@ -109,32 +124,17 @@ fn an_answer_that_was_lost_between_other_frames_is_heard_when_it_is_repeated() {
     assert_eq!(line.overheard(), Some(RobotMessage::Vitals(Vitals::default())));
 }
 
-/// A pipe to a robot that loses one byte in 200, both ways.
+/// One byte in 200 is lost.
 struct Sieve {
-    pipe: InProcess<f32>,
     random: Pcg32,
     lost: usize,
 }
 
-impl Sieve {
+impl Carrier for Sieve {
     fn carry(&mut self, bytes: &[u8]) -> Vec<u8> {
         let arrived: Vec<u8> = bytes.iter().filter(|_| !self.random.next_u32().is_multiple_of(200)).copied().collect();
         self.lost += bytes.len() - arrived.len();
         arrived
-    }
-}
-
-impl Transport for Sieve {
-    fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        let bytes = self.carry(bytes);
-        self.pipe.write(&bytes)
-    }
-
-    fn read(&mut self, buffer: &mut Vec<u8>) -> Result<(), LinkError> {
-        let mut arrived = Vec::new();
-        self.pipe.read(&mut arrived)?;
-        buffer.extend(self.carry(&arrived));
-        Ok(())
     }
 }
 
@@ -143,13 +143,13 @@ fn half_a_percent_of_lost_bytes_is_made_good_for_a_minute() {
     const STEPS: usize = 3000;
     let (whole, _) = records(BodyKind::Tabletop, STEPS, usize::MAX);
     let setup = Setup::new(Experiment::find("homeokinetic").expect("an experiment"), BodyKind::Tabletop);
-    let sieve = Sieve { pipe: InProcess::new(Robot::default()), random: Pcg32::seed_from_u64(1), lost: 0 };
+    let sieve = Lossy::new(Sieve { random: Pcg32::seed_from_u64(1), lost: 0 });
     let mut run = Run::start(setup, Line::new(sieve)).expect("it starts");
     for (step, record) in whole.iter().enumerate() {
         let heard = run.step().unwrap_or_else(|error| panic!("step {step}: {error}"));
         assert!(heard == *record, "step {step} differs");
     }
-    let lost = run.link_mut().transport_mut().lost;
+    let lost = run.link_mut().transport_mut().carrier.lost;
     assert!(lost > 10_000, "{lost} bytes lost: the line was too good to prove anything");
 }
 

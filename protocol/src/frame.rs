@@ -66,8 +66,8 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 /// Writes one frame into `buffer` and returns the part used, or `None` if it does not fit
 /// (never with a buffer of [`MAX_FRAME`] and the messages of this crate).
 pub fn encode<'b, M: Serialize>(sequence: u16, message: &M, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
-    // One pass for the message, one for the checksum, one for COBS, all in place: on the microcontroller that takes a third of
-    // the instructions of doing all three byte by byte.
+    // One pass for the message, one for the checksum, one for COBS, all in place: that takes the
+    // microcontroller far less than doing all three byte by byte.
     let (first, plain) = buffer.split_first_mut()?;
     let (number, message_and_crc) = plain.split_first_chunk_mut::<SEQUENCE_BYTES>()?;
     *number = sequence.to_le_bytes();

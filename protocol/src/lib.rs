@@ -25,17 +25,6 @@ pub const VERSION: u16 = 1;
 pub const SCHEMA: u64 = {
     let messages =
         u64::from_le_bytes(postcard_schema::key::hash::fnv1a64::hash_ty_path::<(HostMessage, RobotMessage)>("barrel"));
-    let mut hash = messages;
-    let mut i = 0;
-    while i < parameter::COUNT {
-        let name = parameter::TABLE[i].name.as_bytes();
-        let mut j = 0;
-        while j < name.len() {
-            hash = (hash ^ name[j] as u64).wrapping_mul(0x0000_0100_0000_01b3);
-            j += 1;
-        }
-        hash = (hash ^ b'\n' as u64).wrapping_mul(0x0000_0100_0000_01b3);
-        i += 1;
-    }
-    hash
+    // FNV-1a goes on with it as with another byte.
+    (messages ^ parameter::LAYOUT).wrapping_mul(0x0000_0100_0000_01b3)
 };

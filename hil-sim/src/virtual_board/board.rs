@@ -40,7 +40,8 @@ const PORT_B: usize = 1;
 const PORT_C: usize = 2;
 const PORT_E: usize = 4;
 const DIRECTIONS: [u8; 2] = [7, 8];
-const ENABLE: u8 = 10;
+/// PE10.
+pub const ENABLE: u8 = 10;
 const STOP_LOOP: u8 = 13;
 const STOP_BUTTON: u8 = 13;
 const LAMPS: [u8; 3] = [0, 7, 14];

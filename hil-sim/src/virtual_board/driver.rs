@@ -1,6 +1,6 @@
 //! Runs the emulator on a thread of its own, a millisecond at a time: it asks at every stop what to do next, and waits.
 
-use super::board::{Barrel, FRAM_BUS, IMU_BUS};
+use super::board::{Barrel, ENABLE, FRAM_BUS, IMU_BUS};
 use super::{BoardError, Pins, Signals, Trouble};
 use rigless::emulator::{Driver, Host, Settled, Start, Stop, Watch, run};
 use rigless::image::{self, Image};
@@ -24,9 +24,8 @@ const TIM5_DIER: u64 = 0x4000_0C0C;
 /// motor, the first one that it writes.
 const TIM4_CNT: u64 = 0x4000_0824;
 const TIM1_CCR1: u64 = 0x4001_0034;
-/// Where PE10, the drivers' enable, is set and cleared.
+/// Where the drivers' enable is set and cleared.
 const GPIOE_BSRR: u64 = 0x4002_1018;
-const ENABLE: u64 = 1 << 10;
 /// Data register of SPI3, the FRAM's bus.
 const SPI3_DR: u64 = 0x4000_3C0C;
 /// The two UARTs, and the DMA that carries frames to them.
@@ -224,7 +223,7 @@ impl Driver<Barrel> for LockStep {
                 let sensed = self.sensed.take();
                 self.servo_instructions = sensed.map(|count| access.instruction_count - count);
             }
-            GPIOE_BSRR => self.enabled_meanwhile |= access.value & ENABLE != 0,
+            GPIOE_BSRR => self.enabled_meanwhile |= access.value >> ENABLE & 1 != 0,
             SPI3_DR if session.board_mut().fram().take_reset() => {
                 session.reset_by_pin(access.virtual_time, access.instruction_count, host);
             }
