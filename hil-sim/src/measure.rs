@@ -1,4 +1,15 @@
 //! What a run did, in numbers: when it left rest, how fast it rolled, how often it turned back.
+//!
+//! [`Measures`] takes one record at a time and sums up a whole run. [`Measure`] is one number of a stretch of it, by name.
+
+pub mod motion;
+pub mod precession;
+pub mod quantity;
+mod reading;
+
+pub use motion::Motion;
+pub use quantity::Quantity;
+pub use reading::{EVENTS, Measure, MeasureError, Readings, STATISTICS, Statistic, Value, What};
 
 use crate::record::Record;
 

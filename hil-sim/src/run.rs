@@ -9,6 +9,7 @@ use crate::coupling::{Coupling, demand};
 use crate::link::{Answer, LinkError};
 use crate::plant::{BodyError, Plant};
 use crate::record::{BrainRecord, Record};
+use crate::schedule::{Action, Schedule};
 use crate::setup::{SetError, Setup};
 use crate::world::World;
 use protocol::message::SafetyState;
@@ -25,6 +26,8 @@ const ONLY_AT_START: [Id; 9] =
 pub struct Run<C> {
     world: World,
     link: C,
+    /// What is still to be done to the barrel.
+    schedule: Schedule,
     /// The next control step.
     step: u64,
     /// The robot's state after the last step.
@@ -86,17 +89,24 @@ impl<C: Coupling> Run<C> {
     /// # Errors
     /// Parameters that make no barrel; a robot that cannot be reached, differs in version or refuses.
     pub fn start(setup: Setup, mut link: C) -> Result<Self, RunError> {
+        if let Some(id) = setup.schedule.iter().find_map(|event| only_at_start(&event.action)) {
+            return Err(RunError::OnlyAtStart(id));
+        }
+        let schedule = Schedule::new(&setup.schedule, setup.seed);
         let mut world = World::new(setup)?;
         link.start(&mut world)?;
         world.let_go();
-        Ok(Run { world, link, step: 0, state: SafetyState::Armed })
+        Ok(Run { world, link, schedule, step: 0, state: SafetyState::Armed })
     }
 
-    /// One control step of 20 ms.
+    /// One control step of 20 ms, and before it what the schedule has for it.
     ///
     /// # Errors
-    /// A robot that does not answer, or that refuses its sensors; a plant that broke down.
+    /// A robot that does not answer, or that refuses its sensors; a plant that broke down; those of [`Run::act`].
     pub fn step(&mut self) -> Result<Record, RunError> {
+        while let Some(action) = self.schedule.due(self.step) {
+            self.act(action)?;
+        }
         if !self.world.is_finite() {
             return Err(RunError::Plant { t: self.time() });
         }
@@ -151,6 +161,26 @@ impl<C: Coupling> Run<C> {
         self.world.push(torque, seconds);
     }
 
+    /// Does something to the barrel, now. Random numbers come from the run's seed, and go on from one action to the next.
+    ///
+    /// # Errors
+    /// Those of [`Run::set`]. An entry that would leave its range ends at its bound.
+    pub fn act(&mut self, action: Action) -> Result<(), RunError> {
+        if let Action::Set(id, value) = action {
+            return self.set(id, value).map(drop);
+        }
+        for &id in action.random_entries() {
+            let value = match action {
+                Action::Scatter(by) => self.get(id)? + self.schedule.random(by),
+                Action::RandomC(within) | Action::RandomH(within) => self.schedule.random(within),
+                Action::Set(_, value) => value,
+            };
+            let p = id.parameter();
+            self.set(id, value.clamp(p.min, p.max))?;
+        }
+        Ok(())
+    }
+
     /// The value of a parameter now: the robot's own, where it holds it.
     ///
     /// # Errors
@@ -199,6 +229,14 @@ impl<C: Coupling> Run<C> {
     /// No answer.
     pub fn ask(&mut self, message: &HostMessage) -> Result<Answer, LinkError> {
         self.link.request(message, &mut self.world)
+    }
+}
+
+/// The parameter that an action would set, if it only matters at the start.
+pub fn only_at_start(action: &Action) -> Option<Id> {
+    match action {
+        Action::Set(id, _) if ONLY_AT_START.contains(id) => Some(*id),
+        _ => None,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::experiment::Experiment;
 use crate::plant::{Body, Drive};
+use crate::schedule::Event;
 use core::fmt;
 use protocol::parameter::{Scope, Sign, ValueError};
 use protocol::{Id, Values};
@@ -60,6 +61,8 @@ pub struct Setup {
     pub seed: u64,
     /// Pushes to come.
     pub pushes: Vec<Push>,
+    /// What else is done to the barrel while it rolls.
+    pub schedule: Vec<Event>,
 }
 
 /// Why a parameter was not set.
@@ -106,7 +109,7 @@ impl Setup {
                 assign(&mut values, id, value);
             }
         }
-        Setup { experiment, body, values, seed: 1, pushes: Vec::new() }
+        Setup { experiment, body, values, seed: 1, pushes: Vec::new(), schedule: Vec::new() }
     }
 
     /// Sets one parameter, and the entries of C that a coupling stands for.

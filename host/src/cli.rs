@@ -6,6 +6,9 @@ use crate::suggest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use hil_sim::experiment::{EXPERIMENTS, Experiment};
 use hil_sim::link::serial::USB_BAUD;
+use hil_sim::measure::Measure;
+use hil_sim::run::{RunError, only_at_start};
+use hil_sim::schedule::{Action, Event};
 use hil_sim::setup::{BodyKind, Push, Setup};
 use protocol::Id;
 use protocol::message::Precision;
@@ -70,6 +73,10 @@ pub struct SetupArgs {
     /// Push with a torque about the cylinder axis, in s : N·m : s (repeatable)
     #[arg(long = "push", value_name = "START:TORQUE:SECONDS", value_parser = push, allow_hyphen_values = true)]
     pub pushes: Vec<Push>,
+    /// Do something at a time in s, or again and again: set a parameter (60:epsC=0.2), scatter C by up to ±0.2 (60:scatter=0.2),
+    /// draw C or h anew within ±5 (60:randomC=5, 60:randomH=3; every 90 s from 0 on: 0/90:randomC=5) (repeatable)
+    #[arg(long = "at", value_name = "TIME[/EVERY]:ACTION", value_parser = event, allow_hyphen_values = true)]
+    pub schedule: Vec<Event>,
 }
 
 impl SetupArgs {
@@ -81,10 +88,36 @@ impl SetupArgs {
         let mut setup = Setup::new(self.experiment, self.body.into());
         setup.seed = self.seed;
         setup.pushes.clone_from(&self.pushes);
+        setup.schedule.clone_from(&self.schedule);
         for &(id, value) in &self.sets {
             setup.set(id, value).map_err(Failure::bad)?;
         }
         Ok(setup)
+    }
+
+    /// The line that asks for this setup; what is as by default is left out.
+    pub fn line(&self) -> String {
+        let mut line = format!("barrel run {}", self.experiment.name);
+        if self.body != Body::Chapter {
+            line += &format!(" --body {}", BodyKind::from(self.body).name());
+        }
+        if self.link != Link::InProcess {
+            line += &format!(" --link {}", self.link);
+        }
+        if let Some(precision) = self.precision {
+            line += &format!(" --precision {}", precision.name());
+        }
+        line += &format!(" --seed {}", self.seed);
+        for (id, value) in &self.sets {
+            line += &format!(" --set {}={value}", id.name());
+        }
+        for push in &self.pushes {
+            line += &format!(" --push {}:{}:{}", push.start, push.torque, push.seconds);
+        }
+        for event in &self.schedule {
+            line += &format!(" --at {event}");
+        }
+        line
     }
 }
 
@@ -106,6 +139,9 @@ pub struct RunArgs {
     /// Draw the picture here (.png or .svg), and no run folder
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+    /// Print a measure, as in mean:omega:60:120 or interval, and make no run folder (repeatable; see `barrel list measures`)
+    #[arg(long = "measure", value_name = "MEASURE[:FROM[:TO]]")]
+    pub measures: Vec<Measure>,
     /// No progress, no summary
     #[arg(long, short)]
     pub quiet: bool,
@@ -223,6 +259,8 @@ pub enum Listing {
     Parameters,
     /// The columns of the CSV.
     Columns,
+    /// What `--measure` takes.
+    Measures,
     /// The bodies.
     Bodies,
 }
@@ -361,6 +399,38 @@ fn assignment(text: &str) -> Result<(Id, f64), String> {
         return Err(format!("'{text}' is not NAME=VALUE; write for example epsC=0.2"));
     }
     parse_assignment(text).map_err(|error| error.to_string())
+}
+
+fn event(text: &str) -> Result<Event, String> {
+    let usage = "write TIME:ACTION or TIME/EVERY:ACTION, as in 60:epsC=0.2, 60:scatter=0.2, 0/90:randomC=5";
+    let wrong = || format!("'{text}' is nothing that can be done at a time; {usage}");
+    let (when, action) = text.split_once(':').ok_or_else(wrong)?;
+    let (at, every) = match when.split_once('/') {
+        Some((at, every)) => (at, Some(every)),
+        None => (when, None),
+    };
+    let seconds = |text: &str| text.parse::<f64>().ok().filter(|t| t.is_finite() && *t >= 0.0).ok_or_else(wrong);
+    let every = every.map(seconds).transpose()?;
+    if every.is_some_and(|every| every < 0.02) {
+        return Err(format!("'{text}': what is done again and again is done every 0.02 s at most; {usage}"));
+    }
+    let action = match action.split_once('=') {
+        Some((name @ ("scatter" | "randomC" | "randomH"), by)) => {
+            let by = by.parse::<f64>().ok().filter(|by| (0.0..=100.0).contains(by));
+            let by = by.ok_or_else(|| format!("'{text}': {name} takes a number from 0 to 100"))?;
+            match name {
+                "scatter" => Action::Scatter(by),
+                "randomC" => Action::RandomC(by),
+                _ => Action::RandomH(by),
+            }
+        }
+        Some(_) => assignment(action).map(|(id, value)| Action::Set(id, value))?,
+        None => return Err(wrong()),
+    };
+    if let Some(id) = only_at_start(&action) {
+        return Err(RunError::OnlyAtStart(id).to_string());
+    }
+    Ok(Event { at: seconds(at)?, every, action })
 }
 
 fn push(text: &str) -> Result<Push, String> {

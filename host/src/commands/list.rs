@@ -4,6 +4,8 @@ use crate::cli::{ListArgs, Listing};
 use crate::csv::{BRAIN_COLUMNS, PLANT_COLUMNS, shortest};
 use crate::failure::Failure;
 use hil_sim::experiment::EXPERIMENTS;
+use hil_sim::measure::quantity::QUANTITIES;
+use hil_sim::measure::{EVENTS, STATISTICS};
 use hil_sim::setup::{BodyKind, defaults};
 use protocol::Id;
 
@@ -17,12 +19,13 @@ pub fn list(args: &ListArgs) -> Result<(), Failure> {
             experiments();
             say!("");
             bodies();
-            say!("\nMore: barrel list parameters, barrel list columns");
+            say!("\nMore: barrel list parameters, barrel list columns, barrel list measures");
         }
         Some(Listing::Experiments) => experiments(),
         Some(Listing::Bodies) => bodies(),
         Some(Listing::Parameters) => parameters(),
         Some(Listing::Columns) => columns(),
+        Some(Listing::Measures) => measures(),
     }
     Ok(())
 }
@@ -79,5 +82,20 @@ fn columns() {
     say!("Columns of the CSV; those after E_tle only where there is a simulated barrel:");
     for column in BRAIN_COLUMNS.iter().chain(&PLANT_COLUMNS) {
         say!("  {:<6} {:<6} {}", column.name, column.unit, column.help);
+    }
+}
+
+fn measures() {
+    say!("Measures (--measure NAME[:FROM[:TO]], or --measure STATISTIC:QUANTITY[:FROM[:TO]]; FROM and TO in s):");
+    for (_, name, unit, help) in EVENTS {
+        say!("  {name:<10} {unit:<6} {help}");
+    }
+    say!("Statistics:");
+    for (_, name, help) in STATISTICS {
+        say!("  {name:<10}        {help}");
+    }
+    say!("Quantities:");
+    for quantity in QUANTITIES {
+        say!("  {:<10} {:<6} {}", quantity.name, quantity.unit, quantity.help);
     }
 }

@@ -12,7 +12,7 @@ use firmware::scalar::Fixed16;
 use firmware::{Robot, Scalar};
 use hil_sim::coupling::Coupling;
 use hil_sim::link::{Identity, InProcess, Line};
-use hil_sim::measure::{Measures, norm};
+use hil_sim::measure::{Measures, Readings, norm};
 use hil_sim::record::Record;
 use hil_sim::run::time;
 use hil_sim::setup::{BodyKind, Setup};
@@ -33,13 +33,18 @@ const STEPS: f64 = 50.0;
 pub fn run(args: &RunArgs) -> Result<(), Failure> {
     let places = Places::new(args.csv.clone(), args.log.clone(), args.plot.clone());
     // What is wrong with the places is said before a robot hears of the run.
-    if places.is_empty() {
+    if is_for_a_folder(args, &places) {
         Places::check_run_folder()?
     } else {
         places.check()?
     }
     let stop = interrupt::flag()?;
     over_link(&args.setup, Recording { args, places, stop: &stop })
+}
+
+/// Whether the run gets a folder of its own: where nothing else is asked of it.
+fn is_for_a_folder(args: &RunArgs, places: &Places) -> bool {
+    places.is_empty() && args.measures.is_empty()
 }
 
 /// Something to do with a robot, whatever its brain's number format and however it is reached.
@@ -169,14 +174,14 @@ fn record(Recording { args, places, stop }: Recording, link: impl Coupling, robo
         return Err(Failure::Interrupted("interrupted before the run began".to_owned()));
     }
     let places = || {
-        if places.is_empty() {
+        if is_for_a_folder(args, &places) {
             Places::run_folder(&format!("{}-seed{}", args.setup.experiment.name, args.setup.seed))
         } else {
             Ok(places)
         }
     };
     let mut run = Recorded::start(setup, link, places, &about, title(&args.setup, args.duration))?;
-    let mut seen = Seen::default();
+    let mut seen = Seen { readings: Readings::new(&args.measures), ..Seen::default() };
     let progress = Progress::new(args.quiet, end);
     let ended = go_on(&mut run, end, stop, &mut seen, &progress);
     let ended = match (seen.fault(), ended) {
@@ -204,7 +209,10 @@ fn record(Recording { args, places, stop }: Recording, link: impl Coupling, robo
         say!("  Simulated, recorded and drawn at {speed:.0} x real time.");
     }
     let files = files?;
-    if !args.quiet {
+    for (measure, value) in args.measures.iter().zip(seen.readings.values()) {
+        say!("{}", format!("{measure} = {value} {}", measure.unit()).trim_end());
+    }
+    if !args.quiet && !files.is_empty() {
         say!("Written:");
         for file in files {
             say!("  {}", file.display());
@@ -227,6 +235,7 @@ fn go_on<L: Coupling>(
         }
         let Step { record, state } = run.step()?;
         seen.measures.add(&record);
+        seen.readings.add(&record);
         seen.changes.extend(state.map(|state| (record.brain.t, state)));
         progress.show(seen.measures.steps(), run.time(), &record);
     }
@@ -237,6 +246,7 @@ fn go_on<L: Coupling>(
 #[derive(Default)]
 struct Seen {
     measures: Measures,
+    readings: Readings,
     /// Every safety state that the robot went into, and when, s.
     changes: Vec<(f64, SafetyState)>,
 }
@@ -271,24 +281,9 @@ pub fn title(args: &SetupArgs, duration: f64) -> Title {
 
 /// What a log says of its run: enough to repeat it.
 pub fn description(args: &SetupArgs, setup: &Setup, robot: &About, duration: Option<f64>) -> BTreeMap<String, String> {
-    let mut command = format!(
-        "barrel run {} --body {} --precision {} --seed {}",
-        setup.experiment.name,
-        setup.body.name(),
-        robot.precision.name(),
-        setup.seed
-    );
-    if args.link != LinkKind::InProcess {
-        command += &format!(" --link {}", args.link);
-    }
+    let mut command = SetupArgs { precision: Some(robot.precision), ..args.clone() }.line();
     if let Some(duration) = duration {
         command += &format!(" --duration {duration}");
-    }
-    for (id, value) in &args.sets {
-        command += &format!(" --set {}={value}", id.name());
-    }
-    for push in &args.pushes {
-        command += &format!(" --push {}:{}:{}", push.start, push.torque, push.seconds);
     }
     BTreeMap::from(
         [
