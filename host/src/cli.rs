@@ -42,6 +42,8 @@ pub enum Command {
     Console(ConsoleArgs),
     /// Watch a robot and record what it says
     Monitor(MonitorArgs),
+    /// Run every claim of the chapter and write what comes of it, as HTML and JSON
+    Report(ReportArgs),
 }
 
 /// What decides a run.
@@ -248,6 +250,29 @@ pub struct MonitorArgs {
     /// End by itself after this many seconds
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     pub duration: Option<f64>,
+}
+
+/// `barrel report`
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// The folder for report.html and report.json
+    #[arg(long, value_name = "FOLDER", default_value = "report")]
+    pub out: PathBuf,
+    /// A first look, in less than a minute: fewer seeds, coarser maps
+    #[arg(long)]
+    pub quick: bool,
+    /// Only these claims, as in --only sweep,locking
+    #[arg(long, value_delimiter = ',', value_name = "CLAIMS")]
+    pub only: Vec<String>,
+    /// The seeds are this one and those that follow it
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Runs at once [default: one for each core]
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<core::num::NonZeroU16>,
+    /// No progress
+    #[arg(long, short)]
+    pub quiet: bool,
 }
 
 /// Which list `barrel list` prints.

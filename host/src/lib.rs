@@ -1,4 +1,4 @@
-//! The parts of the `barrel` command: the command line, one file for each command, recorder, plots, console.
+//! The parts of the `barrel` command: the command line, one file for each command, recorder, plots, console, report.
 
 #[macro_use]
 mod say;
@@ -17,5 +17,6 @@ pub mod plot;
 pub mod reach;
 pub mod recorded;
 pub mod recorder;
+pub mod report;
 pub mod suggest;
 pub mod words;

@@ -4,8 +4,8 @@
 //! draws chosen columns over time. What is drawn comes from a [`Table`], whatever it was read from; panels whose columns
 //! are missing are left out. Colours are Okabe and Ito's, which colour-blind eyes tell apart.
 
-mod canvas;
-mod panel;
+pub(crate) mod canvas;
+pub(crate) mod panel;
 
 use std::path::{Path, PathBuf};
 
@@ -30,13 +30,13 @@ const GROUND: f64 = 440.0;
 const GROUND_ROW: f64 = GROUND + 96.0;
 const MARGIN: f64 = 20.0;
 
-const BLUE: Color = Color(0, 114, 178);
-const ORANGE: Color = Color(230, 159, 0);
-const GREEN: Color = Color(0, 158, 115);
-const PURPLE: Color = Color(204, 121, 167);
-const VERMILLION: Color = Color(213, 94, 0);
-const SKY: Color = Color(86, 180, 233);
-const BLACK: Color = Color(40, 40, 40);
+pub(crate) const BLUE: Color = Color(0, 114, 178);
+pub(crate) const ORANGE: Color = Color(230, 159, 0);
+pub(crate) const GREEN: Color = Color(0, 158, 115);
+pub(crate) const PURPLE: Color = Color(204, 121, 167);
+pub(crate) const VERMILLION: Color = Color(213, 94, 0);
+pub(crate) const SKY: Color = Color(86, 180, 233);
+pub(crate) const BLACK: Color = Color(40, 40, 40);
 const PALETTE: [Color; 7] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK];
 
 /// What stands over a picture.

@@ -6,5 +6,6 @@ pub mod list;
 pub mod monitor;
 pub mod plot;
 pub mod replay;
+pub mod report;
 mod robot_console;
 pub mod run;

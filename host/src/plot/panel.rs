@@ -50,14 +50,16 @@ pub struct Panel<'a> {
 
 /// An interval of an axis, never empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Span {
-    low: f64,
-    high: f64,
+pub struct Span {
+    /// The low end.
+    pub low: f64,
+    /// The high end.
+    pub high: f64,
 }
 
 impl Span {
     /// Around all finite numbers.
-    fn around<'n>(numbers: impl IntoIterator<Item = &'n f64>) -> Option<Span> {
+    pub fn around<'n>(numbers: impl IntoIterator<Item = &'n f64>) -> Option<Span> {
         let finite = numbers.into_iter().filter(|number| number.is_finite());
         finite.fold(None, |span, &number| {
             Some(span.map_or(Span { low: number, high: number }, |span: Span| Span {
@@ -68,7 +70,7 @@ impl Span {
     }
 
     /// With room above and below; a single number gets a span around it.
-    fn padded(self, share: f64) -> Span {
+    pub fn padded(self, share: f64) -> Span {
         let room = (self.high - self.low) * share;
         let room = if room > 1e-12 * self.high.abs().max(self.low.abs()) && room > 0.0 {
             room
@@ -79,13 +81,13 @@ impl Span {
     }
 
     /// Where a number lies, 0 at the low end and 1 at the high one.
-    fn place(self, number: f64) -> f64 {
+    pub fn place(self, number: f64) -> f64 {
         (number - self.low) / (self.high - self.low)
     }
 }
 
 /// Round numbers within a span, about `count` of them, and how many decimals tell them apart.
-fn ticks(span: Span, count: f64) -> (Vec<f64>, usize) {
+pub fn ticks(span: Span, count: f64) -> (Vec<f64>, usize) {
     let raw = (span.high - span.low) / count;
     let power = raw.log10().floor();
     let unit = 10_f64.powf(power);
@@ -207,7 +209,7 @@ fn frame(canvas: &mut dyn Canvas, (left, top): (f64, f64), (right, bottom): (f64
 
 /// The curves of one series, cut at gaps, as (pixel, number). Where many rows fall into one column of pixels, its first,
 /// smallest, largest and last number stand for them, so that no peak is lost.
-fn curves(time: &[f64], numbers: &[f64], x: &dyn Fn(f64) -> f64) -> Vec<Vec<(f64, f64)>> {
+pub fn curves(time: &[f64], numbers: &[f64], x: &dyn Fn(f64) -> f64) -> Vec<Vec<(f64, f64)>> {
     let mut curves = vec![Vec::new()];
     let mut column: Vec<(f64, f64)> = Vec::new();
     for (&t, &number) in time.iter().zip(numbers) {
