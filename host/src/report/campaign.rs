@@ -117,8 +117,8 @@ impl Journal {
         }
         // What was torn off is gone from the file, too.
         let mut file = File::create(path).map_err(failed)?;
-        let head = core::iter::once(&program).chain(&lines);
-        head.map(|line| writeln!(file, "{line}")).collect::<Result<(), _>>().map_err(failed)?;
+        let mut known = core::iter::once(&program).chain(&lines);
+        known.try_for_each(|line| writeln!(file, "{line}")).map_err(failed)?;
         Ok((Journal { file: Some((path.to_owned(), file)) }, outcomes))
     }
 
