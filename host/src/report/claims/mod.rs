@@ -5,6 +5,7 @@
 
 mod closed_loop;
 mod homeokinetic;
+mod homeostatic;
 mod learning;
 mod open_loop;
 mod repellers;
@@ -14,10 +15,17 @@ use super::claim::{Claim, Scale};
 
 /// Every claim, in the chapter's order.
 pub fn all(scale: Scale) -> Vec<Claim> {
-    [open_loop::claims, closed_loop::claims, learning::claims, homeokinetic::claims, repellers::claims]
-        .into_iter()
-        .flat_map(|claims| claims(scale))
-        .collect()
+    [
+        open_loop::claims(scale),
+        closed_loop::claims(scale),
+        learning::claims(scale),
+        homeostatic::claims(scale),
+        homeokinetic::claims(scale),
+        repellers::claims(scale),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// The claim with this name.
