@@ -104,7 +104,7 @@ fn sweep(scale: Scale) -> Claim {
                         .line("of A", Ink::Vermillion, minute(2)),
                     Panel::new("", Axis::linear("t (s)"), Axis::linear("norm")).line("|C|", Ink::Blue, minute(3)).line("|A|", Ink::Vermillion, minute(4)),
                 ],
-                560.0,
+                170.0,
             ),
         );
         let late = |i: usize, j: usize| run.portrait(i, j).into_iter().skip(600).collect::<Vec<_>>();
@@ -185,7 +185,7 @@ fn brake(scale: Scale) -> Claim {
                         .spans("", vec![[60.0, 63.0]])
                         .line("", Ink::Blue, near(2)),
                 ],
-                360.0,
+                180.0,
             ),
         );
         finding

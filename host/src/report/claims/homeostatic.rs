@@ -2,7 +2,7 @@
 
 use super::super::case::{Case, Outcome};
 use super::super::claim::{Claim, Finding, Scale, Table, Wanted};
-use super::super::figure::{Axis, Cell, Figure, Ink, Marker, Panel};
+use super::super::figure::{Axis, Figure, Ink, Marker, Panel};
 use super::super::statistics::{median, share};
 use super::each;
 use hil_sim::measure::Motion;
@@ -83,7 +83,7 @@ fn rest(scale: Scale) -> Claim {
                         run.curve(3),
                     ),
                 ],
-                520.0,
+                160.0,
             ),
         );
         finding
@@ -404,32 +404,7 @@ fn figure_8(scale: Scale) -> Claim {
                         .marks("", switches),
                     c,
                 ],
-                420.0,
-            ),
-        );
-        let rows: Vec<Cell> = outcomes
-            .iter()
-            .take(count.min(10))
-            .enumerate()
-            .flat_map(|(row, run)| {
-                (0..WINDOWS).map(move |k| {
-                    let motion = run.motion(k).unwrap_or(Motion::Irregular);
-                    let value = match motion {
-                        Motion::Rest => 0.0,
-                        Motion::Rocking => 0.45,
-                        _ => 0.9,
-                    };
-                    let around = |i: usize| [i as f64, i as f64 + 1.0];
-                    Cell { x: around(k), y: around(row), value, text: motion.name().chars().take(5).collect() }
-                })
-            })
-            .collect();
-        finding.figure(
-            "The same for more seeds, one a row.",
-            Figure::one(
-                Panel::new("", Axis::linear("re-initialisation").within(0.0, WINDOWS as f64), Axis::linear("run"))
-                    .cells(rows, 0.0, 1.0),
-                260.0,
+                190.0,
             ),
         );
         finding

@@ -101,7 +101,7 @@ fn model(scale: Scale) -> Claim {
                         .line("", Ink::Black, run.curve(5))
                         .marks("", switches),
                 ],
-                420.0,
+                190.0,
             ),
         );
         finding
@@ -218,7 +218,7 @@ fn controller(scale: Scale) -> Claim {
                         .line("", Ink::Black, run.curve(5))
                         .marks("", switches),
                 ],
-                560.0,
+                170.0,
             ),
         );
         finding

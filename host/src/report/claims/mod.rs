@@ -9,6 +9,7 @@ mod homeostatic;
 mod learning;
 mod open_loop;
 mod repellers;
+mod upright;
 
 use super::case::Case;
 use super::claim::{Claim, Scale};
@@ -21,6 +22,7 @@ pub fn all(scale: Scale) -> Vec<Claim> {
         learning::claims(scale),
         homeostatic::claims(scale),
         homeokinetic::claims(scale),
+        upright::claims(scale),
         repellers::claims(scale),
     ]
     .into_iter()

@@ -105,7 +105,7 @@ fn locking(scale: Scale) -> Claim {
             )
         };
         let phase = |name: &str, outcome: &Outcome| {
-            Panel::new(name, Axis::linear("inclination x1"), Axis::linear("omega (rad/s)")).line(
+            Panel::new(name, Axis::linear("inclination x1"), Axis::linear("omega (rad/s)").within(-3.5, 1.5)).line(
                 "",
                 Ink::Vermillion,
                 tail(outcome.portrait(0, 3)),
@@ -120,8 +120,8 @@ fn locking(scale: Scale) -> Claim {
                     portrait("T = 50", lost),
                     phase("T = 50", lost),
                 ],
-                4,
-                230.0,
+                2,
+                260.0,
             ),
         );
         finding
@@ -237,7 +237,7 @@ fn noise(scale: Scale) -> Claim {
             )
             .line("", Ink::Blue, run.curve(0).into_iter().filter(|[t, _]| *t <= 60.0).collect())
         };
-        finding.figure("A minute under noise of two colours.", Figure::stacked(vec![panel(1), panel(3)], 360.0));
+        finding.figure("A minute under noise of two colours.", Figure::stacked(vec![panel(1), panel(3)], 180.0));
         finding
     };
     Claim::new(
