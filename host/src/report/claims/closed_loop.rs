@@ -200,9 +200,12 @@ fn draw(random: &mut Pcg32, within: f64) -> f64 {
     (unit * within * 100.0).round() / 100.0
 }
 
+/// Whether a motion with this mean omega is of a kind.
+type Fits = Box<dyn Fn(Motion, f64) -> bool>;
+
 fn map(scale: Scale) -> Claim {
     let mut random = Pcg32::seed_from_u64(scale.seed);
-    let draws: Vec<[f64; 6]> = (0..scale.pick(300, 60))
+    let draws: Vec<[f64; 6]> = (0..scale.pick(300, 120))
         .map(|_| [5.0, 5.0, 5.0, 5.0, 3.0, 3.0].map(|within| draw(&mut random, within)))
         .collect();
     let cases: Vec<Case> = draws
@@ -225,8 +228,21 @@ fn map(scale: Scale) -> Claim {
             let share = 100.0 * count(motion) as f64 / draws.len() as f64;
             table.row([motion.to_string(), count(motion).to_string(), format!("{share:.0} %")]);
         }
-        let kinds = Motion::ALL.into_iter().filter(|motion| count(*motion) > 0).count();
-        finding.check("kinds of motion seen", kinds as f64, "", Wanted::AtLeast(4.0));
+        let round = |way: f64| {
+            let turns = |run: &&Outcome| {
+                matches!(run.motion(0), Some(Motion::RollingForth | Motion::RollingBack | Motion::Hopping))
+                    && run.number(1) * way > 0.0
+            };
+            outcomes.iter().filter(turns).count()
+        };
+        let kinds = [count(Motion::Rest), round(1.0), round(-1.0), count(Motion::Rocking)];
+        let seen = kinds.iter().filter(|count| **count > 0).count();
+        finding.check(
+            "seen, of rest, going round either way (rolling or hopping), and rocking",
+            seen as f64,
+            "of 4",
+            Wanted::AtLeast(4.0),
+        );
         finding.check("draws that rest", share(&motions, |m| *m == Some(Motion::Rest)), "", Wanted::Within(0.05, 0.95));
         let turning = |m: &Motion| matches!(m, Motion::RollingForth | Motion::RollingBack | Motion::Hopping);
         let senses = draws.iter().zip(outcomes).filter(|(_, run)| run.motion(0).as_ref().is_some_and(turning)).map(
@@ -244,7 +260,7 @@ fn map(scale: Scale) -> Claim {
         finding.tables.push(table);
         let hops = |way: f64| move |motion: Motion, omega: f64| motion == Motion::Hopping && omega * way > 0.0;
         let is = |kind: Motion| move |motion: Motion, _: f64| motion == kind;
-        let looks: [(&str, Ink, Marker, Box<dyn Fn(Motion, f64) -> bool>); 8] = [
+        let looks: [(&str, Ink, Marker, Fits); 8] = [
             ("rest", Ink::Grey, Marker::Cross, Box::new(is(Motion::Rest))),
             ("rolling +", Ink::Blue, Marker::Disc, Box::new(is(Motion::RollingForth))),
             ("rolling -", Ink::Vermillion, Marker::Disc, Box::new(is(Motion::RollingBack))),
