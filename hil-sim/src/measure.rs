@@ -6,6 +6,7 @@ pub mod motion;
 pub mod precession;
 pub mod quantity;
 mod reading;
+pub mod stretch;
 
 pub use motion::Motion;
 pub use quantity::Quantity;

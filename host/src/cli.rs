@@ -4,6 +4,9 @@ use crate::console::parse_assignment;
 use crate::failure::Failure;
 use crate::suggest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use hil_sim::chain::body::Touch;
+use hil_sim::chain::reading::ChainMeasure;
+use hil_sim::chain::{Hand, Shape};
 use hil_sim::experiment::{EXPERIMENTS, Experiment};
 use hil_sim::link::serial::USB_BAUD;
 use hil_sim::measure::Measure;
@@ -42,6 +45,8 @@ pub enum Command {
     Console(ConsoleArgs),
     /// Watch a robot and record what it says
     Monitor(MonitorArgs),
+    /// The same brain in another body: a chain of driven pendulums, with more sensors than motors or fewer
+    Chain(ChainArgs),
     /// Run every claim of the chapter and write what comes of it, as HTML and JSON
     Report(ReportArgs),
 }
@@ -252,6 +257,32 @@ pub struct MonitorArgs {
     pub duration: Option<f64>,
 }
 
+/// `barrel chain`
+#[derive(Clone, Debug, Args)]
+pub struct ChainArgs {
+    /// angles (2 sensors, 2 motors), angles-and-rates (4, 2) or end-angles (2, 3)
+    #[arg(value_name = "SHAPE", value_parser = shape, default_value = "angles-and-rates")]
+    pub shape: Shape,
+    /// Simulated seconds
+    #[arg(long, value_name = "SECONDS", default_value = "120", value_parser = duration, allow_hyphen_values = true)]
+    pub duration: f64,
+    /// Seed of the sensors' noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Set a parameter of the brain or the sensors' noise, as in epsC=0.2 (repeatable)
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub sets: Vec<(Id, f64)>,
+    /// Hold a pendulum where it is, in s : s : number from 1 (repeatable)
+    #[arg(long = "hold", value_name = "START:SECONDS:PENDULUM", value_parser = hold, allow_hyphen_values = true)]
+    pub holds: Vec<Hand>,
+    /// Print a measure, as in wave:60 or left-rest (repeatable; see `barrel list measures`)
+    #[arg(long = "measure", value_name = "MEASURE[:FROM[:TO]]")]
+    pub measures: Vec<ChainMeasure>,
+    /// Write the CSV here
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
 /// `barrel report`
 #[derive(Debug, Args)]
 pub struct ReportArgs {
@@ -389,6 +420,24 @@ fn experiment(name: &str) -> Result<&'static Experiment, String> {
         let hint = suggest::did_you_mean(name, EXPERIMENTS.iter().map(|e| e.name));
         format!("there is no such experiment{hint}; `barrel list` shows them all")
     })
+}
+
+fn shape(name: &str) -> Result<Shape, String> {
+    Shape::find(name).ok_or_else(|| {
+        let names = Shape::ALL.map(Shape::name);
+        let hint = suggest::did_you_mean(name, names);
+        format!("there is no such chain{hint}; there are {}", names.join(", "))
+    })
+}
+
+fn hold(text: &str) -> Result<Hand, String> {
+    let wrong =
+        || format!("'{text}' is no hold; write START:SECONDS:PENDULUM in s, s and a number from 1, as in 60:10:1");
+    let parts: Vec<&str> = text.split(':').collect();
+    let [start, seconds, pendulum] = parts[..] else { return Err(wrong()) };
+    let number = |text: &str| text.parse::<f64>().ok().filter(|t| t.is_finite() && *t >= 0.0).ok_or_else(wrong);
+    let pendulum = pendulum.parse::<usize>().ok().and_then(|pendulum| pendulum.checked_sub(1)).ok_or_else(wrong)?;
+    Ok(Hand { start: number(start)?, seconds: number(seconds)?, pendulum, touch: Touch::Hold })
 }
 
 fn link(name: &str) -> Result<Link, String> {

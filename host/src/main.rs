@@ -15,6 +15,7 @@ fn main() -> ExitCode {
         Command::List(args) => commands::list::list(&args),
         Command::Console(args) => commands::console::console(&args),
         Command::Monitor(args) => commands::monitor::monitor(&args),
+        Command::Chain(args) => commands::chain::chain(&args),
         Command::Report(args) => commands::report::report(&args),
     };
     match done {

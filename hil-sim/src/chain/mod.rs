@@ -22,6 +22,7 @@
 
 pub mod body;
 pub mod measure;
+pub mod reading;
 
 use crate::setup::SetError;
 use crate::transducers::Noise;
@@ -53,6 +54,14 @@ impl Shape {
             Shape::Angles => "angles",
             Shape::AnglesAndRates => "angles-and-rates",
             Shape::EndAngles => "end-angles",
+        }
+    }
+
+    /// How many pendulums it has.
+    pub const fn pendulums(self) -> usize {
+        match self {
+            Shape::Angles | Shape::AnglesAndRates => 2,
+            Shape::EndAngles => 3,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::motion::Motion;
 use super::quantity::{QUANTITIES, Quantity};
-use super::{Measures, precession};
+use super::{Measures, precession, stretch};
 use crate::record::Record;
 use core::fmt;
 use core::str::FromStr;
@@ -222,11 +222,7 @@ impl fmt::Display for Measure {
             What::Of(statistic, quantity) => write!(f, "{}:{}", statistic.name(), quantity.name)?,
             what => f.write_str(EVENTS.iter().find(|event| event.0 == what).map_or("", |event| event.1))?,
         }
-        match (self.from, self.to) {
-            (0.0, f64::INFINITY) => Ok(()),
-            (from, f64::INFINITY) => write!(f, ":{from}"),
-            (from, to) => write!(f, ":{from}:{to}"),
-        }
+        stretch::write(f, self.from, self.to)
     }
 }
 
@@ -263,6 +259,8 @@ pub enum MeasureError {
     What(String),
     /// There is no such quantity.
     Quantity(String),
+    /// There is no such measure of a chain; there are these.
+    Chain(String, String),
     /// The stretch is not FROM:TO.
     Stretch(String),
 }
@@ -281,6 +279,7 @@ impl fmt::Display for MeasureError {
                 let names: Vec<&str> = QUANTITIES.iter().map(|quantity| quantity.name).collect();
                 write!(f, "there is no quantity '{name}'; there are {}", names.join(", "))
             }
+            MeasureError::Chain(name, known) => write!(f, "there is no measure '{name}' of a chain; there are {known}"),
             MeasureError::Stretch(text) => {
                 write!(f, "'{text}' is no stretch of a run; write :FROM or :FROM:TO in s, as in mean:omega:60:120")
             }
@@ -306,19 +305,7 @@ impl FromStr for Measure {
                 What::Of(*statistic, quantity)
             }
         };
-        let stretch: Vec<&str> = parts.collect();
-        let wrong = || MeasureError::Stretch(stretch.join(":"));
-        let bounds: Vec<f64> = stretch
-            .iter()
-            .map(|part| part.parse().ok().filter(|t: &f64| t.is_finite() && *t >= 0.0))
-            .collect::<Option<_>>()
-            .ok_or_else(wrong)?;
-        let (from, to) = match bounds[..] {
-            [] => (0.0, f64::INFINITY),
-            [from] => (from, f64::INFINITY),
-            [from, to] if to > from => (from, to),
-            _ => return Err(wrong()),
-        };
+        let (from, to) = stretch::parse(&parts.collect::<Vec<_>>())?;
         Ok(Measure { what, from, to })
     }
 }

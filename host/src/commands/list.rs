@@ -98,4 +98,8 @@ fn measures() {
     for quantity in QUANTITIES {
         say!("  {:<10} {:<6} {}", quantity.name, quantity.unit, quantity.help);
     }
+    say!("Measures of `barrel chain`:");
+    for measure in &hil_sim::chain::reading::MEASURES {
+        say!("  {:<11} {:<5} {}", measure.name, measure.unit, measure.help);
+    }
 }

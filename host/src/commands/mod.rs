@@ -1,5 +1,6 @@
 //! One file for each command.
 
+pub mod chain;
 pub mod console;
 pub mod export;
 pub mod list;

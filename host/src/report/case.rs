@@ -1,11 +1,12 @@
 //! One case of the report: a command line, what is measured of its run, and what is kept of it for a figure.
 
-use crate::cli::{Cli, Command, Format, Link as LinkKind, RunArgs};
+use crate::cli::{ChainArgs, Cli, Command, Format, Link as LinkKind, RunArgs};
 use crate::commands::run::{About, OverLink, over_link};
 use crate::failure::Failure;
 use clap::Parser;
 use firmware::scalar::Fixed16;
 use firmware::{Robot, Scalar};
+use hil_sim::chain::{self, reading};
 use hil_sim::coupling::Coupling;
 use hil_sim::link::Direct;
 use hil_sim::measure::{Motion, Quantity, Readings, Value};
@@ -21,14 +22,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Case {
     /// The line, as it is typed: all that decides the run, and its measures.
     pub line: String,
-    args: RunArgs,
+    work: Work,
     trace: Option<Trace>,
+}
+
+/// What a line asks for.
+#[derive(Clone, Debug)]
+enum Work {
+    Barrel(Box<RunArgs>),
+    Chain(ChainArgs),
 }
 
 /// Numbers over time that a figure needs.
 #[derive(Clone, Debug, PartialEq)]
 struct Trace {
-    quantities: Vec<&'static Quantity>,
+    quantities: Vec<&'static str>,
     /// One in so many control steps.
     every: usize,
 }
@@ -110,47 +118,48 @@ impl Case {
     pub fn new(line: impl AsRef<str>) -> Case {
         let line = format!("barrel {}", line.as_ref().trim());
         match Cli::try_parse_from(line.split_whitespace()).map(|cli| cli.command) {
-            Ok(Some(Command::Run(args))) => Case { line, args, trace: None },
-            Ok(_) => panic!("the report runs `barrel run`, not `{line}`"),
+            Ok(Some(Command::Run(args))) => Case { line, work: Work::Barrel(Box::new(args)), trace: None },
+            Ok(Some(Command::Chain(args))) => Case { line, work: Work::Chain(args), trace: None },
+            Ok(_) => panic!("the report does not run `{line}`"),
             Err(error) => panic!("the report's line `{line}` is wrong: {error}"),
         }
     }
 
     /// Keeps these quantities over time, one in so many control steps.
-    ///
-    /// # Panics
-    /// On an unknown quantity: a mistake in the report.
     #[must_use]
-    pub fn traced(mut self, quantities: &[&str], every: usize) -> Case {
-        let find = |name: &&str| Quantity::find(name).unwrap_or_else(|| panic!("there is no quantity '{name}'"));
-        self.trace = Some(Trace { quantities: quantities.iter().map(find).collect(), every });
+    pub fn traced(mut self, quantities: &[&'static str], every: usize) -> Case {
+        self.trace = Some(Trace { quantities: quantities.to_vec(), every });
         self
     }
 
     /// The measures of the line, as they are written there.
-    pub fn measures(&self) -> impl Iterator<Item = (String, &'static str)> {
-        self.args.measures.iter().map(|measure| (measure.to_string(), measure.unit()))
+    pub fn measures(&self) -> Vec<(String, &'static str)> {
+        match &self.work {
+            Work::Barrel(args) => args.measures.iter().map(|measure| (measure.to_string(), measure.unit())).collect(),
+            Work::Chain(args) => args.measures.iter().map(|measure| (measure.to_string(), measure.what.unit)).collect(),
+        }
     }
 
     /// What the outcome is known by: two cases with the same key have the same outcome.
     pub fn key(&self) -> String {
-        let trace = self.trace.as_ref().map(|trace| {
-            let names: Vec<&str> = trace.quantities.iter().map(|quantity| quantity.name).collect();
-            format!(" # {} every {}", names.join(","), trace.every)
-        });
+        let trace = self.trace.as_ref().map(|trace| format!(" # {} every {}", trace.quantities.join(","), trace.every));
         format!("{}{}", self.line, trace.unwrap_or_default())
     }
 
     /// How long it takes, roughly, in simulated seconds of the lying barrel.
     pub fn cost(&self) -> f64 {
-        let upright = self.args.setup.setup().is_ok_and(|setup| setup.values.get(Id::Tilt0) != 0.0);
-        let slower = match (&self.args.setup.link, BodyKind::from(self.args.setup.body)) {
+        let args = match &self.work {
+            Work::Barrel(args) => args,
+            Work::Chain(args) => return 50.0 + 2.0 * args.duration,
+        };
+        let upright = args.setup.setup().is_ok_and(|setup| setup.values.get(Id::Tilt0) != 0.0);
+        let slower = match (&args.setup.link, BodyKind::from(args.setup.body)) {
             (LinkKind::InProcess, BodyKind::Chapter) if upright => 60.0,
             (LinkKind::InProcess, BodyKind::Chapter) => 1.0,
             (LinkKind::InProcess, BodyKind::Tabletop) => 20.0,
             _ => 10_000.0,
         };
-        50.0 + slower * self.args.duration
+        50.0 + slower * args.duration
     }
 
     /// Runs it.
@@ -158,53 +167,86 @@ impl Case {
     /// # Errors
     /// A run that cannot even be started, as for want of the virtual board; Ctrl-C.
     pub fn run(&self, stop: &AtomicBool) -> Result<Outcome, Failure> {
-        match (&self.args.setup.link, self.args.setup.precision.unwrap_or(Format::F32)) {
-            (LinkKind::InProcess, Format::F32) => self.over(direct::<f32>(), stop),
-            (LinkKind::InProcess, Format::F64) => self.over(direct::<f64>(), stop),
-            (LinkKind::InProcess, Format::Fixed) => self.over(direct::<Fixed16>(), stop),
+        let args = match &self.work {
+            Work::Barrel(args) => args,
+            Work::Chain(args) => return self.chain(args, stop),
+        };
+        match (&args.setup.link, args.setup.precision.unwrap_or(Format::F32)) {
+            (LinkKind::InProcess, Format::F32) => self.barrel(args, direct::<f32>(), stop),
+            (LinkKind::InProcess, Format::F64) => self.barrel(args, direct::<f64>(), stop),
+            (LinkKind::InProcess, Format::Fixed) => self.barrel(args, direct::<Fixed16>(), stop),
             _ => {
                 let mut outcome = Outcome::default();
-                over_link(&self.args.setup, Observer { case: self, stop, outcome: &mut outcome })?;
+                over_link(&args.setup, Observer { case: self, args, stop, outcome: &mut outcome })?;
                 Ok(outcome)
             }
         }
     }
 
-    fn over(&self, link: impl Coupling, stop: &AtomicBool) -> Result<Outcome, Failure> {
-        let mut outcome = Outcome::default();
-        if let Some(trace) = &self.trace {
-            outcome.trace = vec![Vec::new(); trace.quantities.len() + 1];
-        }
-        let mut run = Run::start(self.args.setup.setup()?, link).map_err(Failure::bad)?;
-        let mut readings = Readings::new(&self.args.measures);
-        for k in 0.. {
-            if run.time() >= self.args.duration - 1e-9 {
-                break;
-            }
+    fn barrel(&self, args: &RunArgs, link: impl Coupling, stop: &AtomicBool) -> Result<Outcome, Failure> {
+        let find = |name: &&str| Quantity::find(name).unwrap_or_else(|| panic!("there is no quantity '{name}'"));
+        let quantities = self.trace.iter().flat_map(|trace| &trace.quantities).map(find).collect::<Vec<_>>();
+        let mut tape = Tape::new(self.trace.as_ref());
+        let mut broken = None;
+        let mut run = Run::start(args.setup.setup()?, link).map_err(Failure::bad)?;
+        let mut readings = Readings::new(&args.measures);
+        while broken.is_none() && run.time() < args.duration - 1e-9 {
             if stop.load(Ordering::Relaxed) {
                 return Err(Failure::Interrupted("interrupted".to_owned()));
             }
             match run.step() {
                 Ok(record) => {
                     readings.add(&record);
-                    if let Some(trace) = self.trace.as_ref().filter(|trace| k % trace.every == 0) {
-                        let numbers = trace.quantities.iter().map(|quantity| quantity.of(&record));
-                        let row = core::iter::once(record.brain.t).chain(numbers);
-                        outcome.trace.iter_mut().zip(row).for_each(|(column, number)| column.push(number));
-                    }
+                    tape.take(record.brain.t, quantities.iter().map(|quantity| quantity.of(&record)));
                 }
-                Err(error) => {
-                    outcome.broken = Some(error.to_string());
-                    break;
-                }
+                Err(error) => broken = Some(error.to_string()),
             }
             if let SafetyState::Fault(code) = run.state() {
-                outcome.broken = Some(format!("Fault at {:.2} s: {code}", run.time()));
-                break;
+                broken = Some(format!("Fault at {:.2} s: {code}", run.time()));
             }
         }
-        outcome.values = readings.values().collect();
-        Ok(outcome)
+        Ok(Outcome { values: readings.values().collect(), trace: tape.columns, broken })
+    }
+
+    fn chain(&self, args: &ChainArgs, stop: &AtomicBool) -> Result<Outcome, Failure> {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Failure::Interrupted("interrupted".to_owned()));
+        }
+        let find = |name: &&str| reading::quantity(name).unwrap_or_else(|| panic!("there is no quantity '{name}'"));
+        let quantities = self.trace.iter().flat_map(|trace| &trace.quantities).map(find).collect::<Vec<_>>();
+        let mut tape = Tape::new(self.trace.as_ref());
+        let mut records = Vec::new();
+        let ended = chain::run(&args.setup()?, args.duration, |record| {
+            tape.take(record.t, quantities.iter().map(|of| of(&record)));
+            records.push(record);
+        });
+        let values = args.measures.iter().map(|measure| measure.of(&records)).collect();
+        Ok(Outcome { values, trace: tape.columns, broken: ended.err().map(|broken| broken.to_string()) })
+    }
+}
+
+/// What is kept of a run for a figure.
+#[derive(Default)]
+struct Tape {
+    columns: Vec<Vec<f64>>,
+    every: usize,
+    steps: usize,
+}
+
+impl Tape {
+    fn new(trace: Option<&Trace>) -> Self {
+        trace.map_or_else(Tape::default, |trace| Tape {
+            columns: vec![Vec::new(); trace.quantities.len() + 1],
+            every: trace.every,
+            steps: 0,
+        })
+    }
+
+    fn take(&mut self, t: f64, numbers: impl Iterator<Item = f64>) {
+        if self.every > 0 && self.steps.is_multiple_of(self.every) {
+            self.columns.iter_mut().zip(core::iter::once(t).chain(numbers)).for_each(|(column, n)| column.push(n));
+        }
+        self.steps += 1;
     }
 }
 
@@ -215,13 +257,14 @@ fn direct<S: Scalar>() -> Direct<S> {
 /// Runs a case over a link that is made for it.
 struct Observer<'a> {
     case: &'a Case,
+    args: &'a RunArgs,
     stop: &'a AtomicBool,
     outcome: &'a mut Outcome,
 }
 
 impl OverLink for Observer<'_> {
     fn over(self, link: impl Coupling, _: &About) -> Result<(), Failure> {
-        *self.outcome = self.case.over(link, self.stop)?;
+        *self.outcome = self.case.barrel(self.args, link, self.stop)?;
         Ok(())
     }
 }

@@ -19,7 +19,7 @@ pub fn json(results: &[Result], scale: Scale) -> String {
 fn claim(result: &Result) -> Json {
     let Result { claim, outcomes, finding } = result;
     let run = |(case, outcome): (&super::case::Case, &super::case::Outcome)| {
-        let values = case.measures().zip(&outcome.values);
+        let values = case.measures().into_iter().zip(&outcome.values);
         let measures: Map<String, Json> = values.map(|((name, _), value)| (name, value_json(value))).collect();
         json!({ "line": case.line, "measures": measures, "broken": outcome.broken })
     };

@@ -159,6 +159,7 @@ fn runs(result: &Result) -> Markup {
 fn line(case: &Case, values: &[Value]) -> Markup {
     let numbers: Vec<String> = case
         .measures()
+        .into_iter()
         .zip(values)
         .map(|((name, unit), value)| format!("{name} = {value} {unit}").trim_end().to_owned())
         .collect();

@@ -3,12 +3,14 @@
 //! The settings are the chapter's where it gives them and the presets' (`barrel list`) elsewhere; each claim's method says where
 //! it leaves them.
 
+mod beyond;
 mod closed_loop;
 mod homeokinetic;
 mod homeostatic;
 mod learning;
 mod open_loop;
 mod repellers;
+mod robustness;
 mod upright;
 
 use super::case::Case;
@@ -24,6 +26,8 @@ pub fn all(scale: Scale) -> Vec<Claim> {
         homeokinetic::claims(scale),
         upright::claims(scale),
         repellers::claims(scale),
+        robustness::claims(scale),
+        beyond::claims(scale),
     ]
     .into_iter()
     .flatten()
