@@ -179,8 +179,10 @@ const WATCHED: &str = "--duration 300 --measure precession --measure fell --meas
 
 fn precession(scale: Scale) -> Claim {
     let seeds = scale.seeds(50, 6);
-    let mut cases: Vec<Case> =
-        seeds.map(|seed| Case::new(format!("run upright --seed {seed} {PRECESSING} {WATCHED}"))).collect();
+    let count = seeds.clone().count();
+    let mut cases = each(&["", FREEZE], seeds, |freeze, seed| {
+        Case::new(format!("run upright --seed {seed} {PRECESSING} {freeze} {WATCHED}"))
+    });
     let first = format!("run upright --seed {} {PRECESSING} --duration 300 --measure precession", scale.seed);
     cases.push(Case::new(first).traced(&["lean", "x1", "x2", "normC", "normA", "angleC", "px", "py"], 1));
     let judge = move |outcomes: &[Outcome]| {
