@@ -198,23 +198,18 @@ fn wave(scale: Scale) -> Claim {
             )
             .line("", Ink::Blue, pairs(i, j))
         };
+        let outer = Figure::one(
+            Panel::new("", Axis::linear("t (s)"), Axis::linear("angles (rad)"))
+                .line("first", Ink::Blue, near(0))
+                .line("middle", Ink::Orange, near(1))
+                .line("last", Ink::Green, near(2)),
+            240.0,
+        );
+        let beside = Figure::grid(vec![loops(0, 1), loops(1, 2)], 2, 260.0);
         finding.figure(
-            "Three pendulums of which only the outer ones are sensed: over six seconds, and neighbour against neighbour over ten. The one in the middle swings a quarter \
-             period behind or ahead of a neighbour, though nothing tells of it.",
-            Figure {
-                rows: vec![
-                    Figure::one(
-                        Panel::new("", Axis::linear("t (s)"), Axis::linear("angles (rad)"))
-                            .line("first", Ink::Blue, near(0))
-                            .line("middle", Ink::Orange, near(1))
-                            .line("last", Ink::Green, near(2)),
-                        240.0,
-                    )
-                    .rows,
-                    Figure::grid(vec![loops(0, 1), loops(1, 2)], 2, 260.0).rows,
-                ]
-                .concat(),
-            },
+            "Three pendulums of which only the outer ones are sensed: over six seconds, and neighbour against neighbour over ten. The \
+             one in the middle swings a quarter period behind or ahead of a neighbour, though nothing tells of it.",
+            Figure { rows: outer.rows.into_iter().chain(beside.rows).collect() },
         );
         finding
     };

@@ -220,7 +220,7 @@ fn precession(scale: Scale) -> Claim {
             "Why it goes round: a rolling rim turns its lean at W² · lean = 16.4 rad/s², the larger the lean the slower. The weights follow the inclinations \
              late, by the servo's lag at W. With C = c U(phi) their pull on the lean is as sin(phi + lag) or its mirror image: where that crosses zero from \
              pumping to braking with growing lean, a limit cycle attracts. For phi = pi that is so in either sense. The side that it turns to is the noise's choice.",
-            "It is the learning that keeps it going, not a controller that has been found: with all of C, h, A and b frozen at 60 s the barrel falls within a minute.",
+            "It is the learning that keeps it going, not a controller that has been found: with all of C, h, A and b frozen at 60 s the barrel falls, mostly within the next minute.",
             "Why it needs mu = 1: the rim must carry 0.84 of the weight sideways, whatever the lean. With the stock 0.64 it slips, and nothing stands.",
             "Not an artefact of the integration: with half the plant's step, and with a ground four times as stiff, the medians over 20 seeds stay within 1 %.",
         ] {
