@@ -1,15 +1,10 @@
-//! Runs for tests: an experiment, a seed and a few changes in, its records and measures out.
+//! What several tests need: a setup by names, a line that loses bytes, a bench for the board.
 
 #[cfg(feature = "virtual-board")]
 pub mod board;
 
-use firmware::{Robot, Scalar};
 use hil_sim::experiment::Experiment;
-use hil_sim::link::Direct;
-use hil_sim::measure::Measures;
-use hil_sim::record::Record;
-use hil_sim::run::Run;
-use hil_sim::setup::{BodyKind, Push, Setup};
+use hil_sim::setup::{BodyKind, Setup};
 use protocol::Id;
 
 /// A line that loses bytes and changes some, the same ones every time.
@@ -54,40 +49,4 @@ pub fn setup(experiment: &str, body: BodyKind, seed: u64, sets: &[(&str, f64)]) 
         setup.set(id, *value).expect("a value in range");
     }
     setup
-}
-
-/// Runs `setup` for `seconds` with a brain in `S`; every record goes to `observe`.
-///
-/// # Panics
-/// If the run does not start or does not go on.
-pub fn run<S: Scalar>(setup: Setup, seconds: f64, mut observe: impl FnMut(&Record)) -> Measures {
-    let mut run = Run::start(setup, Direct(Robot::<S>::default())).expect("the run starts");
-    let mut measures = Measures::default();
-    while run.time() < seconds {
-        let record = run.step().expect("the run goes on");
-        measures.add(&record);
-        observe(&record);
-    }
-    measures
-}
-
-/// A run of the `chapter` body in single precision, measured.
-pub fn measured(experiment: &str, seed: u64, seconds: f64, sets: &[(&str, f64)], pushes: &[Push]) -> Measures {
-    let mut setup = setup(experiment, BodyKind::Chapter, seed, sets);
-    setup.pushes = pushes.to_vec();
-    run::<f32>(setup, seconds, |_| {})
-}
-
-/// Mean angular velocity from `from` to `to` in a run, rad/s: how far it turned by how long it took.
-pub fn mean_omega(experiment: &str, from: f64, to: f64, sets: &[(&str, f64)]) -> f64 {
-    let mut first = None;
-    let mut last = (0.0, 0.0);
-    run::<f32>(setup(experiment, BodyKind::Chapter, 1, sets), to, |record| {
-        last = (record.brain.t, record.plant.phi);
-        if record.brain.t >= from {
-            first.get_or_insert(last);
-        }
-    });
-    let (t, phi) = first.unwrap_or_default();
-    (last.1 - phi) / (last.0 - t)
 }

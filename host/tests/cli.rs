@@ -358,3 +358,66 @@ fn the_console_sets_shows_stores_and_loads_while_the_run_goes_on() {
     let replayed = run_in(f, &["replay", "talk.mcap"]);
     assert!(replayed.contains("bit for bit"), "what was set while it ran is replayed: {replayed}");
 }
+
+#[test]
+fn a_measure_is_printed_and_no_folder_made() {
+    let folder = TempDir::new().expect("a folder");
+    let line = ["run", "closed-loop", "-q", "--duration", "3", "--measure", "rate:phi:1", "--measure", "motion:0:1"];
+    let said = run_in(folder.path(), &line);
+    assert!(said.starts_with("rate:phi:1 = ") && said.contains(" rad/s\nmotion:0:1 = "), "{said}");
+    assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 0);
+}
+
+#[test]
+fn what_is_no_measure_is_told_what_is_one() {
+    refused(&["run", "--measure", "average:omega"], &["average", "mean"]);
+    refused(&["run", "--measure", "mean:speeed"], &["speeed", "omega"]);
+    refused(&["run", "--measure", "mean:omega:9:3"], &["9:3", "FROM"]);
+    refused(&["chain", "--measure", "waves"], &["waves", "persistence"]);
+}
+
+#[test]
+fn an_action_is_carried_out_in_its_time_and_is_in_the_recording() {
+    let folder = TempDir::new().expect("a folder");
+    let line = ["run", "closed-loop", "-q", "--duration", "2", "--at", "1:C11=0.25", "--at", "1/0.5:randomH=2"];
+    run_in(folder.path(), &[&line[..], &["--csv", "run.csv", "--log", "run.mcap"]].concat());
+    let csv = fs::read_to_string(folder.path().join("run.csv")).expect("a CSV");
+    let column = |name: &str| {
+        let index = csv.lines().next().and_then(|head| head.split(',').position(|n| n == name)).expect("the column");
+        csv.lines().skip(1).map(|row| row.split(',').nth(index).unwrap_or_default().to_owned()).collect::<Vec<_>>()
+    };
+    let c11 = column("C11");
+    assert!(c11[49] != "0.25" && c11[50] == "0.25", "{:?}", &c11[48..52]);
+    let h1 = column("h1");
+    assert!(h1[49] == "0" && h1[50] != "0" && h1[50] == h1[74] && h1[74] != h1[75], "{:?}", &h1[48..76]);
+    // What was set at random is in the log, too: it replays bit for bit.
+    run_in(folder.path(), &["replay", "run.mcap"]);
+}
+
+#[test]
+fn what_cannot_be_done_at_a_time_is_refused() {
+    refused(&["run", "--at", "60"], &["TIME:ACTION"]);
+    refused(&["run", "--at", "60:epsc=1"], &["epsC"]);
+    refused(&["run", "--at", "60:scatter=x"], &["scatter", "number"]);
+    refused(&["run", "--at", "0/0.001:randomC=5"], &["0.02 s"]);
+    refused(&["run", "--at", "60:phi0=1"], &["phi0", "start"]);
+    refused(&["run", "--at", "60:epsC=99"], &["epsC", "nearest is 10"]);
+}
+
+#[test]
+fn a_chain_runs_and_refuses_what_it_does_not_have() {
+    let folder = TempDir::new().expect("a folder");
+    let said =
+        run_in(folder.path(), &["chain", "end-angles", "--duration", "3", "--hold", "1:1:2", "--csv", "chain.csv"]);
+    assert!(said.contains("speed = "), "{said}");
+    let csv = fs::read_to_string(folder.path().join("chain.csv")).expect("a CSV");
+    assert!(
+        csv.starts_with("t,angle1,angle2,angle3,rate1,") && csv.lines().count() == 151,
+        "{} lines",
+        csv.lines().count()
+    );
+    refused(&["chain", "end-angle"], &["end-angles"]);
+    refused(&["chain", "--set", "friction=0.2"], &["friction"]);
+    refused(&["chain", "angles", "--hold", "1:1:3"], &["pendulum 3", "has 2"]);
+    refused(&["chain", "--hold", "1:1"], &["START:SECONDS:PENDULUM"]);
+}
