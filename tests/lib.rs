@@ -1,9 +1,14 @@
-//! What several tests need: a setup by names, a line that loses bytes, a bench for the board.
+//! Runs for tests: an experiment, a seed and a few changes in, its records and measures out.
 
 #[cfg(feature = "virtual-board")]
 pub mod board;
 
+use firmware::{Robot, Scalar};
 use hil_sim::experiment::Experiment;
+use hil_sim::link::Direct;
+use hil_sim::measure::Measures;
+use hil_sim::record::Record;
+use hil_sim::run::Run;
 use hil_sim::setup::{BodyKind, Setup};
 use protocol::Id;
 
@@ -49,4 +54,19 @@ pub fn setup(experiment: &str, body: BodyKind, seed: u64, sets: &[(&str, f64)]) 
         setup.set(id, *value).expect("a value in range");
     }
     setup
+}
+
+/// Runs `setup` for `seconds` with a brain in `S`; every record goes to `observe`.
+///
+/// # Panics
+/// If the run does not start or does not go on.
+pub fn run<S: Scalar>(setup: Setup, seconds: f64, mut observe: impl FnMut(&Record)) -> Measures {
+    let mut run = Run::start(setup, Direct(Robot::<S>::default())).expect("the run starts");
+    let mut measures = Measures::default();
+    while run.time() < seconds {
+        let record = run.step().expect("the run goes on");
+        measures.add(&record);
+        observe(&record);
+    }
+    measures
 }

@@ -129,7 +129,7 @@ fn interval(scale: Scale) -> Claim {
         finding.tell("without decay: interval at epsA = 0.01 over that at 0.1", without[0] / without[3], "");
         finding.note(
             "Above epsA = 0.2 the interval grows again: the drift of the two rotation angles, which ends a direction, is the third harmonic of \
-             tanh tracked 90° late by the biases, and it is largest where model and controller learn about equally fast (docs/theory.md).",
+             tanh tracked 90° late by the biases, and it is largest where model and controller learn about equally fast.",
         );
         let points = |numbers: &[f64]| RATES.iter().zip(numbers).map(|(rate, n)| [*rate, *n]).collect::<Vec<_>>();
         finding.figure(
