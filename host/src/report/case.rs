@@ -140,6 +140,18 @@ impl Case {
         }
     }
 
+    /// What the line sets otherwise than the preset, from the start or at a time: names and values, as they are written.
+    pub fn departures(&self) -> impl Iterator<Item = (&str, &str)> {
+        let words = self.line.split_whitespace();
+        let values = words.clone().skip(1).zip(words).filter_map(|(value, option)| match option {
+            "--set" => Some(value),
+            "--at" => value.split_once(':').map(|(_, action)| action),
+            "--body" | "--precision" | "--link" => Some(value),
+            _ => None,
+        });
+        values.map(|value| value.split_once('=').unwrap_or(("robot", value)))
+    }
+
     /// What the outcome is known by: two cases with the same key have the same outcome.
     pub fn key(&self) -> String {
         let trace = self.trace.as_ref().map(|trace| format!(" # {} every {}", trace.quantities.join(","), trace.every));

@@ -2,9 +2,11 @@
 
 use super::Result;
 use super::case::Case;
-use super::claim::{Check, Finding, Scale, Table, Verdict, Wanted};
+use super::claim::{Check, Claim, Finding, Scale, Table, Verdict, Wanted};
 use super::figure::FigureError;
 use hil_sim::measure::Value;
+use std::collections::{BTreeMap, BTreeSet};
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("page.css");
@@ -38,7 +40,8 @@ pub fn html(results: &[Result], scale: Scale) -> core::result::Result<String, Fi
                 }
                 p {
                     "The settings are the chapter's where it gives them and the experiments' presets elsewhere, the same for all claims (" code { "barrel list" } "); \
-                     every departure stands with its claim. No number was tuned to pass."
+                     every departure stands with its claim. What a number must be is the chapter's word, the original simulator's value, or a plain reading: \
+                     nearly all is nine of ten or more, most is half."
                 }
                 table.overview {
                     thead { tr { th { "claim" } th { "chapter" } th { "verdict" } th { "runs" } } }
@@ -88,6 +91,7 @@ fn section(result: &Result) -> core::result::Result<Markup, FigureError> {
             h2 { (claim.title) }
             p.meta { (claim.section) " · " (badge(finding.verdict())) " · " code { "barrel report --only " (claim.name) } }
             p { (claim.method) }
+            (departures(claim))
             (checks(finding))
             @for (caption, svg) in &figures {
                 figure {
@@ -136,6 +140,26 @@ fn table(table: &Table) -> Markup {
             caption { (table.caption) }
             thead { tr { @for cell in &table.head { th { (cell) } } } }
             tbody { @for row in &table.rows { tr { @for cell in row { td { (cell) } } } } }
+        }
+    }
+}
+
+/// What its lines set otherwise than the presets; of many values, how many.
+fn departures(claim: &Claim) -> Markup {
+    let mut set: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (name, value) in claim.cases.iter().flat_map(Case::departures) {
+        set.entry(name).or_default().insert(value);
+    }
+    let words: Vec<String> = set
+        .into_iter()
+        .map(|(name, values)| match values.len() {
+            0..=4 => format!("{name} {}", values.into_iter().collect::<Vec<_>>().join(", ")),
+            many => format!("{name} ({many} values)"),
+        })
+        .collect();
+    html! {
+        @if !words.is_empty() {
+            p.meta { "Set otherwise than the presets in some or all of the lines: " (words.join("; ")) "." }
         }
     }
 }
