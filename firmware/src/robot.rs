@@ -9,6 +9,8 @@
 
 mod parameters;
 
+pub use parameters::settings;
+
 use nalgebra::SVector;
 use protocol::message::{CalibrationStep, MemoryState, Refusal, ResetCause, SafetyState, Telemetry, Transducers};
 use protocol::{FaultCode, HostMessage, Id, RobotMessage, Values};

@@ -2,7 +2,7 @@
 
 use protocol::message::Refusal;
 use protocol::parameter::{COUNT, Scope, Sign};
-use protocol::{Id, RobotMessage};
+use protocol::{Id, RobotMessage, Values};
 
 use super::Robot;
 use crate::brain::{Drive, Entry, Rule, Settings};
@@ -86,26 +86,8 @@ impl<S: Scalar> Robot<S> {
     }
 
     pub(super) fn apply_settings(&mut self) {
-        let get = |id| self.values.get(id);
-        let settings = Settings {
-            rule: Rule::from_number(get(Id::Rule).to_f32() as u8).unwrap_or_default(),
-            eps_a: get(Id::EpsA),
-            eps_c: get(Id::EpsC),
-            lambda_a: get(Id::LambdaA),
-            lambda_b: get(Id::LambdaB),
-            lambda_c: get(Id::LambdaC),
-            lambda_h: get(Id::LambdaH),
-            clip_a: get(Id::ClipA),
-            clip_c: get(Id::ClipC),
-            clip_h: get(Id::ClipH),
-            clip_zeta: get(Id::ClipZeta),
-            clip_v: get(Id::ClipV),
-            ridge: get(Id::Ridge),
-            gain_floor: get(Id::GainFloor),
-            pivot_floor: get(Id::PivotFloor),
-        };
         // The table's ranges lie within those of the settings: a test says so.
-        let _ = self.brain.set_settings(settings);
+        let _ = self.brain.set_settings(settings(&self.values));
     }
 
     pub(super) fn apply_drive(&mut self) {
@@ -148,4 +130,26 @@ fn entry(id: Id) -> Option<Entry> {
         Id::B2 => B(1),
         _ => return None,
     })
+}
+
+/// The brain's settings that these parameters stand for.
+pub fn settings<W: Scalar>(values: &Values<W>) -> Settings<W> {
+    let get = |id| values.get(id);
+    Settings {
+        rule: Rule::from_number(get(Id::Rule).to_f32() as u8).unwrap_or_default(),
+        eps_a: get(Id::EpsA),
+        eps_c: get(Id::EpsC),
+        lambda_a: get(Id::LambdaA),
+        lambda_b: get(Id::LambdaB),
+        lambda_c: get(Id::LambdaC),
+        lambda_h: get(Id::LambdaH),
+        clip_a: get(Id::ClipA),
+        clip_c: get(Id::ClipC),
+        clip_h: get(Id::ClipH),
+        clip_zeta: get(Id::ClipZeta),
+        clip_v: get(Id::ClipV),
+        ridge: get(Id::Ridge),
+        gain_floor: get(Id::GainFloor),
+        pivot_floor: get(Id::PivotFloor),
+    }
 }

@@ -28,7 +28,8 @@ use crate::setup::SetError;
 use crate::transducers::Noise;
 use body::{Body, Chain, Touch};
 use core::fmt;
-use firmware::brain::{Brain, Controller, Model, NonFinite, Rule, Settings};
+use firmware::brain::{Brain, Controller, Model, NonFinite, Settings};
+use firmware::robot::settings;
 use firmware::timing::CONTROL_PERIOD;
 use nalgebra::{SMatrix, SVector};
 use protocol::{Id, Values};
@@ -149,24 +150,9 @@ impl ChainSetup {
     }
 
     fn settings(&self) -> Settings<f32> {
-        let get = |id| self.values.get(id) as f32;
-        Settings {
-            rule: Rule::from_number(get(Id::Rule) as u8).unwrap_or_default(),
-            eps_a: get(Id::EpsA),
-            eps_c: get(Id::EpsC),
-            lambda_a: get(Id::LambdaA),
-            lambda_b: get(Id::LambdaB),
-            lambda_c: get(Id::LambdaC),
-            lambda_h: get(Id::LambdaH),
-            clip_a: get(Id::ClipA),
-            clip_c: get(Id::ClipC),
-            clip_h: get(Id::ClipH),
-            clip_zeta: get(Id::ClipZeta),
-            clip_v: get(Id::ClipV),
-            ridge: get(Id::Ridge),
-            gain_floor: get(Id::GainFloor),
-            pivot_floor: get(Id::PivotFloor),
-        }
+        let mut values = Values::defaults(|value| value as f32);
+        PARAMETERS.iter().for_each(|&id| values.set(id, self.values.get(id) as f32));
+        settings(&values)
     }
 
     /// What is done to each pendulum by hand at `t`, s.
