@@ -5,6 +5,7 @@
 //! * [`link`]: how the host reaches a robot. [`world`]: barrel, sensors and pushes on one clock. [`coupling`]: the two together.
 //! * [`run`]: one run of world and robot, the room where everything meets; [`record`] and [`measure`] take it down.
 //! * [`replay`]: a recording held against the robot's code.
+//! * [`chain`]: another body for the same brain.
 
 pub mod chain;
 pub mod coupling;

@@ -72,10 +72,12 @@ fn locking(scale: Scale) -> Claim {
             "",
             Wanted::AtLeast(0.3),
         );
-        finding.note(
-            "Where the lock is lost it is not chaos that follows: with friction, T = 50 rolls at 1/5 of the drive's frequency, T = 25 \
-             at 1/5 of it: locks at simple ratios. Without friction some fast drives catch the barrel even from rest (T = 25).",
-        );
+        let [t50, t25] = [of(0, &[50.0])[0], of(0, &[25.0])[0]];
+        finding.note(format!(
+            "Where the lock is lost it is not chaos that follows, but often a lock at a simple ratio: with friction, from rest, T = 50 rolls at {t50:.3} \
+             of the drive's frequency, T = 25 at {t25:.3}. Without friction some fast drives catch the barrel even from rest: T = 25 rolls at {:.3}.",
+            of(1, &[25.0])[0]
+        ));
         let points = |f: usize| -> Vec<[f64; 2]> {
             periods
                 .iter()

@@ -103,6 +103,22 @@ fn saturation(scale: Scale) -> Claim {
                 320.0,
             ),
         );
+        let of = |k: usize| -> Vec<[f64; 2]> {
+            let groups = BIASES.iter().zip(outcomes.chunks(count));
+            groups.map(|(h, runs)| [*h, median(runs.iter().map(|run| run.number(k)))]).collect()
+        };
+        finding.figure(
+            "Activity against the distance from the middle of the range: the deeper in saturation at the start, the more; a minute later \
+             nothing is left of it, up to h = 4.",
+            Figure::one(
+                Panel::new("", Axis::linear("bias h at the start, both motors"), Axis::linear("activity").within(0.0, 1.05))
+                    .line("", Ink::Vermillion, of(0))
+                    .points("first 2 s", Ink::Vermillion, Marker::Square, of(0))
+                    .line("", Ink::Blue, of(1))
+                    .points("from 60 s on", Ink::Blue, Marker::Disc, of(1)),
+                240.0,
+            ),
+        );
         finding
     };
     Claim::new(

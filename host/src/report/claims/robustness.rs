@@ -2,6 +2,7 @@
 
 use super::super::case::{Case, Outcome};
 use super::super::claim::{Claim, Finding, Scale, Table, Wanted};
+use super::super::figure::{Axis, Figure, Ink, Panel};
 use super::super::statistics::{median, share};
 use super::each;
 use core::f64::consts::TAU;
@@ -143,6 +144,18 @@ fn variations(scale: Scale) -> Claim {
     )
 }
 
+/// What is shown of a run of Experiment 3.1.
+const TRACED: [&str; 3] = ["omega", "angleC", "angleA"];
+
+fn sweeping(run: &Outcome) -> Figure {
+    let time = || Axis::linear("t (s)");
+    let omega = Panel::new("", time(), Axis::linear("omega (rad/s)")).line("", Ink::Black, run.curve(0));
+    let angles = Panel::new("", time(), Axis::linear("rotation angle (rad)"))
+        .line("of C", Ink::Blue, run.curve(1))
+        .line("of A", Ink::Vermillion, run.curve(2));
+    Figure::stacked(vec![omega, angles], 170.0)
+}
+
 /// The tabletop robot over its full sensor chain.
 fn tabletop(scale: Scale) -> Claim {
     let seeds = scale.seeds(20, 3);
@@ -154,7 +167,9 @@ fn tabletop(scale: Scale) -> Claim {
         "run homeokinetic --body tabletop --duration 300 --measure left-rest --measure interval",
         "run homeokinetic --body tabletop --precision fixed --duration 300 --measure left-rest --measure interval",
     ];
-    let cases = each(&lines, seeds, |line, seed| Case::new(format!("{line} --seed {seed}")));
+    let mut cases = each(&lines, seeds, |line, seed| Case::new(format!("{line} --seed {seed}")));
+    let shown = format!("run homeokinetic --body tabletop --duration 120 --seed {} --measure left-rest", scale.seed);
+    cases.push(Case::new(shown).traced(&TRACED, 5));
     let judge = move |outcomes: &[Outcome]| {
         let mut finding = Finding::default();
         let groups: Vec<&[Outcome]> = outcomes.chunks(count).collect();
@@ -174,6 +189,9 @@ fn tabletop(scale: Scale) -> Claim {
             finding.tell(format!("3.1, {format}: reverses every, median"), median(of(group, 1)), "s");
             let sweeping = share(of(group, 1), f64::is_finite);
             finding.check(format!("3.1, {format}: turns back, share"), sweeping, "", Wanted::AtLeast(0.9));
+        }
+        if let Some(shown) = outcomes.last() {
+            finding.figure("Two minutes of Experiment 3.1 on the tabletop robot.", sweeping(shown));
         }
         finding
     };
@@ -195,7 +213,7 @@ fn board(scale: Scale) -> Claim {
             "run homeokinetic --body tabletop --link virtual-board --duration 60 --measure left-rest --measure max:speed",
         ],
         seeds,
-        |line, seed| Case::new(format!("{line} --seed {seed}")),
+        |line, seed| Case::new(format!("{line} --seed {seed}")).traced(&TRACED, 5),
     );
     let judge = |outcomes: &[Outcome]| {
         let mut finding = Finding::default();
@@ -208,6 +226,9 @@ fn board(scale: Scale) -> Claim {
         );
         finding.tell("rest left after, median", median(left()), "s");
         finding.tell("largest |omega|, median", median(outcomes.iter().map(|run| run.number(1))), "rad/s");
+        if let Some(shown) = outcomes.first() {
+            finding.figure("A minute of the image on the virtual board.", sweeping(shown));
+        }
         finding
     };
     Claim::new(
