@@ -295,12 +295,12 @@ pub struct ReportArgs {
     /// Only these claims, as in --only sweep,locking
     #[arg(long, value_delimiter = ',', value_name = "CLAIMS")]
     pub only: Vec<String>,
-    /// The seeds are this one and those that follow it
-    #[arg(long, default_value_t = 1)]
+    /// The seeds are this one and those that follow it, up to 10^15
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=1_000_000_000_000_000))]
     pub seed: u64,
     /// Runs at once [default: one for each core]
-    #[arg(long, value_name = "N")]
-    pub jobs: Option<core::num::NonZeroU16>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub jobs: Option<u16>,
     /// No progress
     #[arg(long, short)]
     pub quiet: bool,

@@ -29,7 +29,7 @@ pub fn report(args: &ReportArgs) -> Result<(), Failure> {
     let journal = folder.join("report.journal");
     let stop = interrupt::flag()?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = args.jobs.map_or(cores, |jobs| usize::from(jobs.get()));
+    let jobs = args.jobs.map_or(cores, usize::from);
     let campaign = Campaign { jobs, journal: Some(journal.clone()), stop: &stop, quiet: args.quiet };
     let results = judge(&claims, &campaign).map_err(|failure| match failure {
         Failure::Interrupted(_) => Failure::Interrupted(format!(
@@ -42,8 +42,7 @@ pub fn report(args: &ReportArgs) -> Result<(), Failure> {
     for (draft, text) in drafts.into_iter().zip([written, data::json(&results, scale)]) {
         write(draft.path(), &text).and_then(|()| draft.commit()).map_err(cannot)?;
     }
-    // All that it held is in the report.
-    let _ = std::fs::remove_file(&journal);
+    campaign.forget(&claims.iter().flat_map(|claim| &claim.cases).collect::<Vec<_>>())?;
     for result in &results {
         say!("{:<15} {:<14} {}", result.finding.verdict().name(), result.claim.name, result.claim.title);
         for check in result.finding.checks.iter().filter(|check| !check.holds()) {

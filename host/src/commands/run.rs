@@ -208,10 +208,10 @@ fn record(Recording { args, places, stop }: Recording, link: impl Coupling, robo
         }
         say!("  Simulated, recorded and drawn at {speed:.0} x real time.");
     }
-    let files = files?;
     for (measure, value) in args.measures.iter().zip(seen.readings.values()) {
         say!("{}", format!("{measure} = {value} {}", measure.unit()).trim_end());
     }
+    let files = files?;
     if !args.quiet && !files.is_empty() {
         say!("Written:");
         for file in files {

@@ -2,13 +2,14 @@
 //! on where it stopped.
 
 use super::case::{Case, Outcome};
+use crate::draft::Draft;
 use crate::failure::Failure;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value as Json, json};
 use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::hash::{DefaultHasher, Hasher};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -31,6 +32,27 @@ pub struct Campaign<'a> {
 }
 
 impl Campaign<'_> {
+    /// Takes these cases out of the journal, whose report is written; what else is in it is another report's, and stays.
+    ///
+    /// # Errors
+    /// A journal that cannot be written.
+    pub fn forget(&self, cases: &[&Case]) -> Result<(), Failure> {
+        let Some(path) = &self.journal else { return Ok(()) };
+        let failed = |error: std::io::Error| Failure::broken(format!("cannot write {}: {error}", path.display()));
+        let text = std::fs::read_to_string(path).map_err(failed)?;
+        let done: HashSet<String> = cases.iter().map(|case| case.key()).collect();
+        let is_open = |line: &&str| entry(line).is_some_and(|(key, _)| !done.contains(&key));
+        let mut lines = text.lines();
+        let head = lines.next().unwrap_or_default();
+        let open: Vec<&str> = lines.filter(is_open).collect();
+        if open.is_empty() {
+            return std::fs::remove_file(path).map_err(failed);
+        }
+        let draft = Draft::beside(path).map_err(failed)?;
+        let kept = core::iter::once(head).chain(open).map(|line| format!("{line}\n")).collect::<String>();
+        std::fs::write(draft.path(), kept).and_then(|()| draft.commit()).map_err(failed)
+    }
+
     /// Runs every case that the journal does not have yet; the costly ones first, the same one once.
     ///
     /// # Errors
@@ -92,43 +114,50 @@ struct Journal {
 
 impl Journal {
     /// Opens the journal and reads what it holds, if this very program wrote it; begins it anew otherwise. A last line that
-    /// was torn off is left out.
+    /// was torn off is taken away.
     fn open(path: Option<&Path>) -> Result<(Journal, Outcomes), Failure> {
-        let mut outcomes = Outcomes::new();
-        let Some(path) = path else { return Ok((Journal { file: None }, outcomes)) };
+        let Some(path) = path else { return Ok((Journal { file: None }, Outcomes::new())) };
         let failed = |error: std::io::Error| {
             Failure::bad(format!("cannot write {}: {error}; choose a folder that may be written", path.display()))
         };
-        let program = fingerprint().map_err(failed)?;
-        let mut lines = Vec::new();
-        if let Ok(file) = File::open(path) {
-            let mut read = BufReader::new(file).lines().map_while(Result::ok);
-            if read.next().as_ref() == Some(&program) {
-                for line in read {
-                    let Ok(json) = serde_json::from_str::<Json>(&line) else { break };
-                    let (Some(key), Some(outcome)) = (json["case"].as_str(), Outcome::from_json(&json["outcome"]))
-                    else {
-                        break;
-                    };
-                    outcomes.insert(key.to_owned(), outcome);
-                    lines.push(line);
-                }
-            }
+        let mut file =
+            File::options().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        if file.try_lock().is_err() {
+            return Err(Failure::bad(format!(
+                "another report is being made in {}: wait for it, or choose another folder with --out",
+                path.parent().unwrap_or(path).display()
+            )));
         }
-        // What was torn off is gone from the file, too.
-        let mut file = File::create(path).map_err(failed)?;
-        let mut known = core::iter::once(&program).chain(&lines);
-        known.try_for_each(|line| writeln!(file, "{line}")).map_err(failed)?;
+        let mut text = String::new();
+        // What is no text was not written by this program.
+        let _ = file.read_to_string(&mut text);
+        let program = fingerprint().map_err(failed)?;
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let mut lines = text[..whole].lines();
+        let known = lines.next() == Some(&program);
+        let end = if known { whole as u64 } else { 0 };
+        file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end))).map_err(failed)?;
+        if !known {
+            writeln!(file, "{program}").map_err(failed)?;
+        }
+        // A line that cannot be read is a case to be run again.
+        let outcomes = lines.filter(|_| known).filter_map(entry).collect();
         Ok((Journal { file: Some((path.to_owned(), file)) }, outcomes))
     }
 
     fn keep(&mut self, case: &Case, outcome: &Outcome) -> Result<(), Failure> {
-        let Some((path, file)) = &mut self.file else { return Ok(()) };
+        let Some((path, file)) = self.file.as_mut().filter(|_| case.is_of_this_program()) else { return Ok(()) };
         let line = json!({ "case": case.key(), "outcome": outcome.to_json() }).to_string() + "\n";
         file.write_all(line.as_bytes()).map_err(|error| {
             Failure::broken(format!("cannot write {}: {error}; make room and give the same line again", path.display()))
         })
     }
+}
+
+/// A line of the journal.
+fn entry(line: &str) -> Option<(String, Outcome)> {
+    let json: Json = serde_json::from_str(line).ok()?;
+    Some((json["case"].as_str()?.to_owned(), Outcome::from_json(&json["outcome"])?))
 }
 
 /// What tells this program from every other: outcomes of another build are another's.
@@ -213,6 +242,13 @@ mod tests {
         for (key, outcome) in &resumed {
             assert_eq!((&outcome.values, &outcome.trace), (&whole[key].values, &whole[key].trace), "{key}");
         }
+        // A report that is made of some of it takes its own out, and no more.
+        let stop = AtomicBool::new(false);
+        let campaign = Campaign { jobs: 1, journal: Some(path.clone()), stop: &stop, quiet: true };
+        campaign.forget(&cases()[..4].iter().collect::<Vec<_>>()).expect("written");
+        assert_eq!(std::fs::read_to_string(&path).expect("it stays").lines().count(), 1 + 2);
+        campaign.forget(&cases().iter().collect::<Vec<_>>()).expect("removed");
+        assert!(!path.exists());
         // The journal of another program is begun anew.
         std::fs::write(&path, text.replacen("barrel", "another", 1)).expect("written");
         assert_eq!(run(Some(path), 2), whole);

@@ -159,6 +159,14 @@ impl Case {
         format!("{}{}", self.line, trace.unwrap_or_default())
     }
 
+    /// Whether all that decides its outcome is in this program: not that of a flash image.
+    pub fn is_of_this_program(&self) -> bool {
+        match &self.work {
+            Work::Barrel(args) => args.setup.link == LinkKind::InProcess,
+            Work::Chain(_) => true,
+        }
+    }
+
     /// How long it takes, roughly, in simulated seconds of the lying barrel.
     pub fn cost(&self) -> f64 {
         let args = match &self.work {
@@ -203,7 +211,7 @@ impl Case {
         let mut broken = None;
         let mut run = Run::start(args.setup.setup()?, link).map_err(Failure::bad)?;
         let mut readings = Readings::new(&args.measures);
-        while broken.is_none() && run.time() < args.duration - 1e-9 {
+        while run.time() < args.duration - 1e-9 {
             if stop.load(Ordering::Relaxed) {
                 return Err(Failure::Interrupted("interrupted".to_owned()));
             }
@@ -212,10 +220,14 @@ impl Case {
                     readings.add(&record);
                     tape.take(record.brain.t, quantities.iter().map(|quantity| quantity.of(&record)));
                 }
-                Err(error) => broken = Some(error.to_string()),
+                Err(error) => {
+                    broken = Some(error.to_string());
+                    break;
+                }
             }
+            // As in `barrel run`, the barrel goes on, its motors off.
             if let SafetyState::Fault(code) = run.state() {
-                broken = Some(format!("Fault at {:.2} s: {code}", run.time()));
+                broken.get_or_insert_with(|| format!("Fault at {:.2} s: {code}", run.time()));
             }
         }
         Ok(Outcome { values: readings.values().collect(), trace: tape.columns, broken })
