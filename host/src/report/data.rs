@@ -3,6 +3,9 @@
 use super::Result;
 use super::case::value_json;
 use super::claim::{Check, Scale, Table, Wanted};
+use hil_sim::experiment::{EXPERIMENTS, Experiment};
+use hil_sim::setup::{BodyKind, Setup};
+use protocol::Id;
 use serde_json::{Map, Value as Json, json};
 
 /// The whole report; a second run gives the same bytes.
@@ -11,9 +14,16 @@ pub fn json(results: &[Result], scale: Scale) -> String {
         "program": concat!("barrel ", env!("CARGO_PKG_VERSION")),
         "seed": scale.seed,
         "quick": scale.quick,
+        "presets": EXPERIMENTS.iter().map(|e| (e.name.to_owned(), preset(e))).collect::<Map<String, Json>>(),
         "claims": results.iter().map(claim).collect::<Vec<_>>(),
     });
     format!("{report:#}\n")
+}
+
+/// Every parameter of an experiment on the chapter's body, before a line sets any.
+fn preset(experiment: &'static Experiment) -> Json {
+    let values = Setup::new(experiment, BodyKind::Chapter).values;
+    Id::ALL.iter().map(|id| (id.name().to_owned(), json!(values.get(*id)))).collect::<Map<String, Json>>().into()
 }
 
 fn claim(result: &Result) -> Json {

@@ -39,9 +39,9 @@ pub fn html(results: &[Result], scale: Scale) -> core::result::Result<String, Fi
                     ". Each run is a line; typed again, on any machine, it prints the same numbers. All of them are in the JSON beside this page."
                 }
                 p {
-                    "The settings are the chapter's where it gives them and the experiments' presets elsewhere, the same for all claims (" code { "barrel list" } "); \
-                     every departure stands with its claim. What a number must be is the chapter's word, the original simulator's value, or a plain reading: \
-                     nearly all is nine of ten or more, most is half."
+                    "Every line starts from an experiment's preset (" code { "barrel list" } "): the chapter's settings where it gives them, the original simulator's elsewhere. What is set \
+                     otherwise stands with each claim. What a number must be is the chapter's word, the original simulator's value, or a plain reading: nearly all is nine of ten or more, \
+                     most is more than half. What is only told decides nothing."
                 }
                 table.overview {
                     thead { tr { th { "claim" } th { "chapter" } th { "verdict" } th { "runs" } } }

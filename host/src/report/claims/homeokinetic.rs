@@ -95,14 +95,22 @@ fn sweep(scale: Scale) -> Claim {
         let run = &outcomes[2 * count];
         let minute = |i: usize| run.curve(i).into_iter().filter(|[t, _]| *t <= 120.0).collect::<Vec<_>>();
         finding.figure(
-            "Two minutes of one run. The angles of C and of A sweep to and fro, C ahead: all rotations are tried, one after the other.",
+            "Two minutes of one run. The angle of C sweeps to and fro, and that of A against it.",
             Figure::stacked(
                 vec![
-                    Panel::new("", Axis::linear("t (s)"), Axis::linear("omega (rad/s)")).line("", Ink::Black, minute(0)),
+                    Panel::new("", Axis::linear("t (s)"), Axis::linear("omega (rad/s)")).line(
+                        "",
+                        Ink::Black,
+                        minute(0),
+                    ),
                     Panel::new("", Axis::linear("t (s)"), Axis::linear("rotation angle (rad)"))
                         .line("of C", Ink::Blue, minute(1))
                         .line("of A", Ink::Vermillion, minute(2)),
-                    Panel::new("", Axis::linear("t (s)"), Axis::linear("norm")).line("|C|", Ink::Blue, minute(3)).line("|A|", Ink::Vermillion, minute(4)),
+                    Panel::new("", Axis::linear("t (s)"), Axis::linear("norm")).line("|C|", Ink::Blue, minute(3)).line(
+                        "|A|",
+                        Ink::Vermillion,
+                        minute(4),
+                    ),
                 ],
                 170.0,
             ),
@@ -147,7 +155,7 @@ fn brake(scale: Scale) -> Claim {
                 "run homeokinetic --seed {seed} --duration 240 --at 60:rollingResistance=50 --at 63:rollingResistance=0 \
                  --measure max:speed:61:63 --measure left-rest:63 --measure interval:70"
             ))
-            .traced(&["omega", "normC", "angleC"], 5)
+            .traced(&["omega", "angleC"], 5)
         })
         .collect();
     let judge = |outcomes: &[Outcome]| {
@@ -183,7 +191,7 @@ fn brake(scale: Scale) -> Claim {
                         .line("", Ink::Black, near(0)),
                     Panel::new("", Axis::linear("t (s)"), Axis::linear("angle of C (rad)"))
                         .spans("", vec![[60.0, 63.0]])
-                        .line("", Ink::Blue, near(2)),
+                        .line("", Ink::Blue, near(1)),
                 ],
                 180.0,
             ),
@@ -230,8 +238,8 @@ fn rates(scale: Scale) -> Claim {
             Wanted::AtLeast(5.0),
         );
         finding.note(
-            "The faster the model learns against the controller, the longer the barrel stays with a speed; at epsA / epsC of 10 and more it \
-             settles on one. A slow model and a fast controller overshoot: C grows to 5 and the barrel hops.",
+            "The faster the model learns against the controller, the longer the barrel stays with a speed, in the end for the whole run. A slow model and a fast controller \
+             overshoot: C grows and the barrel hops.",
         );
         let ticks = || RATES.iter().enumerate().map(|(i, rate)| (i as f64, format!("{rate}"))).collect::<Vec<_>>();
         let cells = |text: &dyn Fn(usize, usize) -> (f64, String)| {
@@ -254,7 +262,13 @@ fn rates(scale: Scale) -> Claim {
         };
         let turning = cells(&|c, a| {
             let t = interval(c, a);
-            (t.log10(), if t.is_finite() { format!("{t:.0} s") } else { "none".to_owned() })
+            let turning = cell(c, a).iter().filter(|run| run.number(1).is_finite()).count();
+            let text = match turning {
+                0 => "none".to_owned(),
+                all if all == count => format!("{t:.0} s"),
+                some => format!("{t:.0} s ({some} of {count})"),
+            };
+            (t.log10(), text)
         });
         let motion = cells(&|c, a| {
             let runs = cell(c, a);
@@ -264,11 +278,11 @@ fn rates(scale: Scale) -> Claim {
             (norm, most.map_or("", Motion::name).to_owned())
         });
         finding.figure(
-            "Time between reversals, and the kind of motion that most seeds end in, coloured by the largest |C|.",
+            "Time between reversals (of how many seeds, where not of all), and the kind of motion that most seeds end in, coloured by the largest |C|.",
             Figure::grid(
                 vec![
-                    panel("time between reversals").cells(turning, 0.9, 2.2),
-                    panel("kind of motion, and |C|").cells(motion, 1.4, 7.5),
+                    panel("time between reversals (log10 of s)").cells(turning, 0.9, 2.2),
+                    panel("kind of motion (largest |C|)").cells(motion, 1.4, 7.5),
                 ],
                 2,
                 380.0,
@@ -354,7 +368,7 @@ fn tabula_rasa(scale: Scale) -> Claim {
     let line = |c: f64, seed: u64| {
         Case::new(format!(
             "run homeokinetic --seed {seed} --duration 120 --set coupling1={c} --measure max:normC:0:0.04 --measure max:normC:0:1 \
-             --measure left-rest --measure reversals:60 --measure max:normC"
+             --measure left-rest --measure reversals:60 --measure max:normC --measure mean:activity:0:2"
         ))
         .traced(&["normC", "omega"], 1)
     };
@@ -423,6 +437,24 @@ fn tabula_rasa(scale: Scale) -> Claim {
                     .points("after one step of learning", Ink::Blue, Marker::Disc, first)
                     .points("after one second", Ink::Vermillion, Marker::Square, second),
                 240.0,
+            ),
+        );
+        let activity: Vec<[f64; 2]> = STARTS
+            .iter()
+            .zip(outcomes.chunks(count))
+            .skip(1)
+            .map(|(c, runs)| [*c, median(runs.iter().map(|run| run.number(5)))])
+            .collect();
+        finding.figure(
+            "Activity of the first two seconds (root mean square of the motor values) against the distance from C = 0, where it is 0.",
+            Figure::one(
+                Panel::new("", Axis::log("c at the start"), Axis::linear("activity").within(0.0, 1.0)).points(
+                    "",
+                    Ink::Blue,
+                    Marker::Disc,
+                    activity,
+                ),
+                200.0,
             ),
         );
         finding

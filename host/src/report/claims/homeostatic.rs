@@ -3,9 +3,9 @@
 use super::super::case::{Case, Outcome};
 use super::super::claim::{Claim, Finding, Scale, Table, Wanted};
 use super::super::figure::{Axis, Figure, Ink, Marker, Panel};
-use super::super::statistics::{median, share};
+use super::super::statistics::{median, share, smallest};
 use super::each;
-use hil_sim::measure::Motion;
+use hil_sim::measure::{Motion, ROLLING};
 
 pub fn claims(scale: Scale) -> Vec<Claim> {
     vec![rest(scale), interval(scale), large_rates(scale), settings(scale), figure_8(scale)]
@@ -127,10 +127,16 @@ fn interval(scale: Scale) -> Claim {
         }
         finding.tell("with decay: interval at epsA = 0.01 over that at 0.1", with[0] / with[3], "");
         finding.tell("without decay: interval at epsA = 0.01 over that at 0.1", without[0] / without[3], "");
-        finding.note(
-            "Above epsA = 0.2 the interval grows again: the drift of the two rotation angles, which ends a direction, is the third harmonic of \
-             tanh tracked 90° late by the biases, and it is largest where model and controller learn about equally fast.",
-        );
+        let least = |intervals: &[f64]| {
+            let least = smallest(intervals.iter().copied());
+            RATES[intervals.iter().position(|t| *t == least).unwrap_or(0)]
+        };
+        finding.note(format!(
+            "So it is from slow models up to those that learn as fast as the controller (epsC = 0.1). The interval is shortest at epsA = {} with decay and at {} without; \
+             beyond, it grows again.",
+            least(with),
+            least(without)
+        ));
         let points = |numbers: &[f64]| RATES.iter().zip(numbers).map(|(rate, n)| [*rate, *n]).collect::<Vec<_>>();
         finding.figure(
             "Time between reversals against the model's learning rate, epsC = 0.1.",
@@ -284,21 +290,20 @@ fn settings(scale: Scale) -> Claim {
         finding.check("KI = 0: sweeping, with or without decay", both[5][1].max(both[6][1]), "", Wanted::AtMost(0.1));
         finding.check("the preset: still sweeping after 18 minutes", both[0][2], "", Wanted::AtMost(0.5));
         for note in [
+            "What follows is worked out from the planar equations and from runs apart from this report; the table is what it is held against.",
             "What holds the rest is the saturation of the neurons alone: with C = c 1 the torque at 45° has the stiffness k = m g r [√2 tanh z - c / \
              cosh² z], z = c / √2, about m g r c³ / 3 for small c (r: range).",
             "What drives is the servo's integral term. The weights' sag m g / KP follows a change of load as s / (s + KI): at once, and is then taken \
              back. At a frequency w that is a negative damping kappa KI / (w² + KI²), kappa = (m g)² / KP = 0.48 N·m. It makes rest unstable where \
-             nothing holds it, and it is also the motor of the rolling: with C fixed at 1, kappa KI W / (W² + KI²) = (friction + 0.072) W gives \
-             W = 1.07 rad/s with friction 0.1 and 1.76 without; the barrel rolls at 1.2 and 1.9. So KI = 0 never sweeps.",
+             nothing holds it, and it is also the motor of the rolling: with C fixed at 1, kappa KI W / (W² + KI²) = (friction + d) W, where d = 0.072 N·m·s is the loss \
+             by sampling and by the servo's lag, gives W = 1.07 rad/s with friction 0.1 and 1.76 without; such runs rolled at 1.2 and 1.9. So KI = 0 never sweeps.",
             "What firms the rest is the decay. It leaves a standing error in the model that pushes C and h outward, into the saturation that holds; \
-             without decay the controller follows the drift instead and the roll grows by 0.11 per second. Too much of it, and the standing error drives h \
-             away in the sweep, too: with lambdaA = 0.003 |h| reaches 1.4 and the sweep dies within 10 to 20 minutes (a decay of h, lambdaH = 0.001, \
-             cures that as well). Between the two lies the chapter's own single lambda.",
+             without decay the controller follows the drift instead, and the roll grows. Too much of it, and the standing error drives h \
+             away in the sweep, too, until the barrel comes to rest (the preset's row; a decay of h cures that as well).",
             "A Coulomb rolling resistance holds rest in another way: every deviation below its torque over k stays. Without decay that \
-             shows every claim, too, at intervals of 70 s.",
-            "So these exclude each other: KI = 0 and sweeping; no decay and rest (unless the floor holds it); no loss at all and rest; lambdaA of 0.002 or more \
-             with friction 0.1 and sweeping that lasts; decay with rolling resistance 0.05 and friction 0.1, and sweeping; the derivative on the measurement \
-             and sweeping.",
+             shows every claim, too, at longer intervals.",
+            "So these exclude each other: KI = 0 and sweeping; no decay and rest, unless the floor holds it; no loss at all and rest; the preset's decay of A without one of h, and \
+             a sweep that lasts; decay together with rolling resistance 0.05 N·m and friction 0.1, and sweeping; the derivative on the measurement and sweeping.",
         ] {
             finding.note(note);
         }
@@ -324,6 +329,23 @@ const FIGURE_8: [(&str, &str); 4] = [
     ("no friction, rolling resistance .05 N·m (as the original)", "--set friction=0 --set rollingResistance=0.05"),
     ("no friction", "--set friction=0"),
 ];
+
+/// Stretches of time in which the speed stays below that of rolling for five seconds or more.
+fn still(omega: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut spans: Vec<[f64; 2]> = Vec::new();
+    let mut last_is_still = false;
+    for [t, omega] in omega {
+        let is_still = omega.abs() <= ROLLING;
+        match spans.last_mut() {
+            Some(span) if is_still && last_is_still => span[1] = *t,
+            _ if is_still => spans.push([*t, *t]),
+            _ => {}
+        }
+        last_is_still = is_still;
+    }
+    spans.retain(|[from, to]| to - from >= 5.0);
+    spans
+}
 
 fn figure_8(scale: Scale) -> Claim {
     let seeds = scale.seeds(100, 20);
@@ -361,13 +383,21 @@ fn figure_8(scale: Scale) -> Claim {
                 percent(of(&[Motion::RollingForth, Motion::RollingBack])),
                 percent(of(&[Motion::Hopping, Motion::Irregular])),
             ]);
+            // Three standard errors below what was seen: most is more than half, and not by chance.
+            let windows = windows.len() as f64;
+            let surely = rest - 3.0 * (rest * (1.0 - rest) / windows).sqrt();
             match i {
-                0 => finding.check("lambdaA = 0.001: share that rests", rest, "", Wanted::AtLeast(0.6)),
-                1 => finding.check(
-                    "without decay, on a floor that holds: share that rests",
-                    rest,
+                0 => finding.check(
+                    "lambdaA = 0.001: share that rests, less three standard errors",
+                    surely,
                     "",
-                    Wanted::AtLeast(0.6),
+                    Wanted::AtLeast(0.5),
+                ),
+                1 => finding.check(
+                    "without decay, on a floor that holds: share that rests, less three standard errors",
+                    surely,
+                    "",
+                    Wanted::AtLeast(0.5),
                 ),
                 2 => finding.check(
                     "as the original (no friction; a floor that holds): share that rests, there 20 of 40",
@@ -380,15 +410,11 @@ fn figure_8(scale: Scale) -> Claim {
         }
         finding.tables.push(table);
         finding.note(
-            "Most is too much said, as it was in the original: half of all random C have det C < 0: a reflection, whose torque has no mean over a turn; these mostly end in a well where the neurons saturate. \
-             Of those with det C > 0 most sweep. So about half rests, whatever the details, as long as something takes the energy: without any loss the \
-             integral term rocks the barrel in its wells.",
+            "Half of all random C have det C < 0: a reflection, whose torque has no mean over a turn; these mostly end in a well where the neurons saturate, while of those \
+             with det C > 0 most sweep. So about half rests, more where the floor takes energy. Without any loss the integral term rocks the barrel in its wells.",
         );
         let shown = &outcomes[FIGURE_8.len() * count];
-        let rests: Vec<[f64; 2]> = (0..WINDOWS)
-            .filter(|k| shown.motion(*k) == Some(Motion::Rest))
-            .map(|k| [k as f64 * WINDOW, (k + 1) as f64 * WINDOW])
-            .collect();
+        let rests = still(&shown.curve(0));
         let switches: Vec<f64> = (1..WINDOWS).map(|k| k as f64 * WINDOW).collect();
         let inks = [Ink::Blue, Ink::Orange, Ink::Green, Ink::Purple];
         let c = ["C11", "C12", "C21", "C22"].iter().zip(inks).enumerate().fold(
@@ -396,11 +422,11 @@ fn figure_8(scale: Scale) -> Claim {
             |panel, (k, (name, ink))| panel.line(*name, ink, shown.curve(1 + k)),
         );
         finding.figure(
-            "Drawn anew every 90 s (dashed); grey where it came to rest.",
+            "Drawn anew every 90 s (dashed); grey where |omega| stays below 0.5 rad/s for five seconds or more.",
             Figure::stacked(
                 vec![
                     Panel::new("", Axis::linear("t (s)"), Axis::linear("omega (rad/s)"))
-                        .spans("comes to rest", rests)
+                        .spans("at rest", rests)
                         .line("", Ink::Black, shown.curve(0))
                         .marks("", switches),
                     c,
@@ -414,7 +440,7 @@ fn figure_8(scale: Scale) -> Claim {
         "figure-8",
         "Figure 8",
         "Drawn anew at random every 90 s, most controllers come to rest.",
-        "C uniform in ±5, h = 0, every 90 s; A and b go on; epsC = 0.5, epsA = 0.1, sensor noise 0.01. The last 30 s of each are classified as in “random-controllers”. Most: three of five.",
+        "C uniform in ±5, h = 0, every 90 s; A and b go on; epsC = 0.5, epsA = 0.1, sensor noise 0.01. The last 30 s of each are classified as in “random-controllers”. Most: more than half.",
         cases,
         judge,
     )
