@@ -264,6 +264,12 @@ fn map(scale: Scale) -> Claim {
             "of 4",
             Wanted::AtLeast(4.0),
         );
+        let hopping = share(&motions, |m| *m == Some(Motion::Hopping));
+        finding.note(format!(
+            "Of the draws, {:.0} % leave the ground as they roll: with entries of up to 5 the neurons switch between their ends, and the servo, which may pull a weight of 10 N with \
+             200 N, throws it. Rolling that stays on the ground takes a smaller C (rolling-speed).",
+            100.0 * hopping
+        ));
         finding.check("draws that rest", share(&motions, |m| *m == Some(Motion::Rest)), "", Wanted::Within(0.05, 0.95));
         let turning = |m: &Motion| matches!(m, Motion::RollingForth | Motion::RollingBack | Motion::Hopping);
         let senses = draws.iter().zip(outcomes).filter(|(_, run)| run.motion(0).as_ref().is_some_and(turning)).map(

@@ -242,8 +242,8 @@ fn precession(scale: Scale) -> Claim {
         );
         finding.tell("seeds that fall within 900 s", share(runs, |run| run.number(1).is_finite()), "");
         for note in [
-            "It starts by itself, from the upright rest, by learning alone: nothing but the starting point is given, C = -1 (the weights are driven to the side that \
-             is high) instead of +1. From C = +1 nothing of the kind was found (see the search).",
+            "It starts by itself, from the upright rest, by learning alone. What is given, besides the settings above, is the starting point C = -1 (the weights are driven to \
+             the side that is high) instead of +1, from which nothing of the kind was found (see the search).",
             "Why it goes round: a rolling rim turns its lean at W² · lean = 16.4 rad/s², the larger the lean the slower. The weights follow the inclinations \
              late, by the servo's lag at W. With C = c U(phi) their pull on the lean is as sin(phi + lag) or its mirror image: where that crosses zero from \
              pumping to braking with growing lean, a limit cycle attracts. For phi = pi that is so in either sense. The side that it turns to is the noise's choice.",
