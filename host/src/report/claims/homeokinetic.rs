@@ -266,7 +266,7 @@ fn rates(scale: Scale) -> Claim {
             let text = match turning {
                 0 => "none".to_owned(),
                 all if all == count => format!("{t:.0} s"),
-                some => format!("{t:.0} s ({some} of {count})"),
+                some => format!("{t:.0} s {some}/{count}"),
             };
             (t.log10(), text)
         });

@@ -145,7 +145,7 @@ fn no_model(scale: Scale) -> Claim {
     let line = |a: f64, seed: u64| {
         Case::new(format!(
             "run homeokinetic --seed {seed} --duration 120 --set A11={a} --set A22={a} --measure left-rest --measure max:normC:0:10 \
-             --measure last:normA:0:10 --measure reversals:60 --measure mean:activity:0:10"
+             --measure last:normA:0:10 --measure reversals:60 --measure mean:speed:0:10"
         ))
         .traced(&["normA", "normC"], 2)
     };
@@ -161,7 +161,7 @@ fn no_model(scale: Scale) -> Claim {
                 "rest left after (s)",
                 "|C| within 10 s, at most",
                 "|A| after 10 s",
-                "activity, first 10 s",
+                "mean |omega|, first 10 s (rad/s)",
             ],
         );
         for (i, a) in MODELS.iter().enumerate() {
@@ -204,8 +204,8 @@ fn no_model(scale: Scale) -> Claim {
             Panel::new("", Axis::log("a at the start"), Axis::linear(y)).points("", Ink::Blue, Marker::Disc, against(k))
         };
         finding.figure(
-            "With a small model rest is left sooner, and more is done meanwhile (activity of the first ten seconds). A = 0 is in the table.",
-            Figure::grid(vec![panel("rest left after (s)", 0), panel("activity", 4)], 2, 220.0),
+            "With a small model rest is left sooner, and the barrel is faster meanwhile. A = 0 is in the table.",
+            Figure::grid(vec![panel("rest left after (s)", 0), panel("mean |omega|, first 10 s (rad/s)", 4)], 2, 220.0),
         );
         finding
     };
