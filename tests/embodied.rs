@@ -43,7 +43,7 @@ fn it_homes_arms_leaves_rest_and_sweeps() {
 #[test]
 fn the_record_shows_the_world_at_the_instant_the_sensors_were_read() {
     let mut setup = setup("homeokinetic", BodyKind::Tabletop, 2, &[("sensorNoise", 0.0)]);
-    setup.pushes.push(Push { start: 1.0, torque: 0.5, seconds: 0.5 });
+    setup.pushes.push(Push { start: 1.0, torque: 0.5, force: 0.0, seconds: 0.5 });
     let mut run = Run::start(setup, Embodied::new(board())).expect("starts");
     let (mut errors, mut late, mut fastest) = (Vec::new(), Vec::new(), 0.0_f64);
     let mut before = None;

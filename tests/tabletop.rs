@@ -39,7 +39,7 @@ fn the_inclination_is_known_to_a_few_hundredths_while_it_rolls() {
         let mut setup = setup("homeokinetic", BodyKind::Tabletop, seed, &[("sensorNoise", 0.0)]);
         for k in 0..12 {
             let torque = if k % 2 == 0 { 0.5 } else { -0.7 };
-            setup.pushes.push(Push { start: 5.0 + 10.0 * f64::from(k), torque, seconds: 0.5 });
+            setup.pushes.push(Push { start: 5.0 + 10.0 * f64::from(k), torque, force: 0.0, seconds: 0.5 });
         }
         let mut run = Run::start(setup, Direct(Robot::<f32>::default())).expect("starts");
         let (mut square, mut worst, mut fastest) = (0.0_f64, 0.0_f64, 0.0_f64);

@@ -78,6 +78,8 @@ pub struct PlantRecord {
     pub position: [f64; 3],
     /// Tilt of the cylinder axis from the horizontal, rad.
     pub tilt: f64,
+    /// Quaternion (w, x, y, z) from body to world axes; NaN where it was not recorded.
+    pub orientation: [f64; 4],
 }
 
 impl PlantRecord {
@@ -89,6 +91,7 @@ impl PlantRecord {
             weights: plant.weights(),
             position: plant.position(),
             tilt: plant.tilt(),
+            orientation: plant.orientation(),
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use crate::coupling::{Coupling, demand};
 use crate::link::{Answer, LinkError};
-use crate::plant::{BodyError, Plant};
+use crate::plant::{BodyError, Load, Plant};
 use crate::record::{BrainRecord, Record};
 use crate::schedule::{Action, Schedule};
 use crate::setup::{SetError, Setup};
@@ -156,9 +156,19 @@ impl<C: Coupling> Run<C> {
         &mut self.link
     }
 
-    /// Pushes the barrel from now on.
-    pub fn push(&mut self, torque: f64, seconds: f64) {
-        self.world.push(torque, seconds);
+    /// The barrel and its surroundings.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Pushes the barrel from now on: with a torque about its axis, N·m, and a force along the ground across it, N.
+    pub fn push(&mut self, torque: f64, force: f64, seconds: f64) {
+        self.world.push(torque, force, seconds);
+    }
+
+    /// Pulls at the barrel from now on, until another load is given.
+    pub fn pull(&mut self, load: Load) {
+        self.world.pull(load);
     }
 
     /// Does something to the barrel, now. Random numbers come from the run's seed, and go on from one action to the next.
@@ -170,13 +180,12 @@ impl<C: Coupling> Run<C> {
             return self.set(id, value).map(drop);
         }
         for &id in action.random_entries() {
-            let value = match action {
-                Action::Scatter(by) => self.get(id)? + self.schedule.random(by),
-                Action::RandomC(within) | Action::RandomH(within) => self.schedule.random(within),
-                Action::Set(_, value) => value,
+            let now = match action {
+                Action::Scatter(_) => self.get(id)?,
+                _ => 0.0,
             };
-            let p = id.parameter();
-            self.set(id, value.clamp(p.min, p.max))?;
+            let value = action.drawn(id, now, &mut self.schedule);
+            self.set(id, value)?;
         }
         Ok(())
     }

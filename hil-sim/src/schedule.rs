@@ -33,6 +33,17 @@ impl Action {
             Action::RandomH(_) => &H,
         }
     }
+
+    /// The value that it draws for one of these entries, whose value is `now`. One that would leave its range ends at its bound.
+    pub fn drawn(&self, id: Id, now: f64, random: &mut Schedule) -> f64 {
+        let value = match *self {
+            Action::Scatter(by) => now + random.random(by),
+            Action::RandomC(within) | Action::RandomH(within) => random.random(within),
+            Action::Set(_, value) => value,
+        };
+        let p = id.parameter();
+        value.clamp(p.min, p.max)
+    }
 }
 
 impl fmt::Display for Action {

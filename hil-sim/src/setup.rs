@@ -37,13 +37,15 @@ impl BodyKind {
     }
 }
 
-/// A torque about the cylinder axis for a while.
+/// A push from outside for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
     /// When it starts, s.
     pub start: f64,
-    /// Its torque, N·m.
+    /// Its torque about the cylinder axis, N·m.
     pub torque: f64,
+    /// Its force on the middle, N: along the ground and across the cylinder axis, to where a barrel with positive omega rolls.
+    pub force: f64,
     /// How long it lasts, s.
     pub seconds: f64,
 }

@@ -30,6 +30,10 @@ pub struct World {
     milliseconds: u64,
     /// Somebody has the barrel in hand: nothing moves in it, and it turns evenly, as fast as it will be let go.
     held: bool,
+    /// What a hand pulls at the barrel with, until it lets go.
+    hand: Load,
+    /// What the chips read last.
+    transducers: Option<Transducers>,
 }
 
 impl World {
@@ -40,7 +44,7 @@ impl World {
     pub fn new(setup: Setup) -> Result<Self, BodyError> {
         let plant = placed(&setup)?;
         let sensors = Sensors::new(&setup);
-        Ok(World { setup, plant, sensors, milliseconds: 0, held: false })
+        Ok(World { setup, plant, sensors, milliseconds: 0, held: false, hand: Load::default(), transducers: None })
     }
 
     /// What the world was made of, and what was changed since.
@@ -70,7 +74,12 @@ impl World {
 
     /// What the chips read in this servo tick.
     pub fn transducers(&mut self) -> Transducers {
-        self.sensors.transducers(&self.plant, self.held)
+        *self.transducers.insert(self.sensors.transducers(&self.plant, self.held))
+    }
+
+    /// What the chips read last; nothing in a body without them.
+    pub fn last_transducers(&self) -> Option<&Transducers> {
+        self.transducers.as_ref()
     }
 
     /// The barrel as it stands.
@@ -97,25 +106,56 @@ impl World {
 
     fn move_on(&mut self, dt: f64, t: f64) {
         if self.setup.pushes.iter().all(|p| p.start >= t + dt || p.start + p.seconds <= t) {
-            self.plant.set_load(Load::default());
+            self.plant.set_load(self.hand);
             self.plant.advance(dt);
             return;
         }
         let step = self.plant.body().step.min(dt);
         for i in 0..(dt / step).round() as u32 {
             let (from, to) = (t + f64::from(i) * step, t + f64::from(i + 1) * step);
-            let axis_torque = self.setup.pushes.iter().map(|p| p.torque * overlap(p, from, to) / step).sum();
-            self.plant.set_load(Load { axis_torque, ..Load::default() });
+            self.plant.set_load(self.load(from, to, step));
             self.plant.advance(step);
         }
-        self.plant.set_load(Load::default());
+        self.plant.set_load(self.hand);
     }
 
-    /// Pushes the barrel from now on.
-    pub fn push(&mut self, torque: f64, seconds: f64) {
+    /// The mean of all that pushes and pulls at the barrel between two instants, s, which are `step` apart.
+    fn load(&self, from: f64, to: f64, step: f64) -> Load {
+        let mean = |of: fn(&Push) -> f64| -> f64 {
+            self.setup.pushes.iter().map(|p| of(p) * overlap(p, from, to) / step).sum()
+        };
+        let (torque, force) = (mean(|p| p.torque), mean(|p| p.force));
+        let mut load = Load { axis_torque: self.hand.axis_torque + torque, ..self.hand };
+        for (sum, way) in load.force_world.iter_mut().zip(self.across()) {
+            *sum += force * way;
+        }
+        load
+    }
+
+    /// Along the ground and across the cylinder axis, to where a barrel with positive omega rolls; of one that stands upright,
+    /// along the ground's X.
+    fn across(&self) -> [f64; 3] {
+        let [_, [x, y, _], _] = self.plant.axes();
+        let level = libm::hypot(x, y);
+        if level < 1e-3 { [1.0, 0.0, 0.0] } else { [y / level, -x / level, 0.0] }
+    }
+
+    /// Pushes the barrel from now on: with a torque about its axis, N·m, and a force along the ground across it, N.
+    pub fn push(&mut self, torque: f64, force: f64, seconds: f64) {
         let start = self.time();
         self.setup.pushes.retain(|p| p.start + p.seconds > start);
-        self.setup.pushes.push(Push { start, torque, seconds });
+        self.setup.pushes.push(Push { start, torque, force, seconds });
+    }
+
+    /// Pulls at the barrel from now on, until another load is given.
+    pub fn pull(&mut self, load: Load) {
+        self.hand = load;
+    }
+
+    /// All that pushes and pulls at the barrel now.
+    pub fn load_now(&self) -> Load {
+        let t = self.time();
+        self.load(t, t + SERVO_PERIOD, SERVO_PERIOD)
     }
 
     /// Takes over what was changed in the setup.
@@ -230,4 +270,70 @@ fn place_weights(plant: &mut Plant, setup: &Setup, sensors: &Sensors) {
     let y = scout.telemetry().y;
     let (range, reach) = (setup.values.get(Id::Range), plant.body().range);
     plant.place_weights(y.map(|y| (-range * f64::from(y)).clamp(-reach, reach)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::EXPERIMENTS;
+    use crate::setup::BodyKind;
+
+    /// The chapter's barrel, lying or upright, without what would move it by itself.
+    fn at_rest(tilt: f64) -> World {
+        let mut setup = Setup::new(&EXPERIMENTS[0], BodyKind::Chapter);
+        setup.set(Id::Phi0, 0.785).expect("in range");
+        setup.set(Id::Tilt0, tilt).expect("in range");
+        World::new(setup).expect("a barrel")
+    }
+
+    fn milliseconds(world: &mut World, milliseconds: u32) {
+        for _ in 0..milliseconds / 10 {
+            world.advance(10, Command::MotorValues([0.0; 2]));
+        }
+    }
+
+    #[test]
+    fn a_shove_rolls_a_lying_barrel_to_where_omega_is_positive_and_ends() {
+        let mut world = at_rest(0.0);
+        world.push(0.0, 30.0, 0.1);
+        assert_eq!(world.load_now().force_world, [30.0, 0.0, 0.0]);
+        milliseconds(&mut world, 100);
+        assert!(world.plant().omega() > 0.5, "{} rad/s", world.plant().omega());
+        assert_eq!(world.load_now(), Load::default());
+    }
+
+    #[test]
+    fn a_shove_the_other_way_is_the_mirror_image() {
+        let omega = |force| {
+            let mut world = at_rest(0.0);
+            world.push(0.0, force, 0.02);
+            milliseconds(&mut world, 20);
+            world.plant().omega()
+        };
+        assert!(omega(30.0) > 0.0 && omega(-30.0) < 0.0);
+    }
+
+    #[test]
+    fn a_shove_moves_an_upright_barrel_along_the_ground() {
+        let mut world = at_rest(core::f64::consts::FRAC_PI_2);
+        world.push(0.0, 30.0, 0.2);
+        milliseconds(&mut world, 200);
+        let [x, y, _] = world.plant().position();
+        assert!(x > 0.01 && y.abs() < 1e-3, "{x} {y}");
+    }
+
+    #[test]
+    fn a_hand_pulls_until_it_lets_go() {
+        let mut world = at_rest(0.0);
+        world.pull(Load { force_world: [10.0, 0.0, 0.0], ..Load::default() });
+        milliseconds(&mut world, 100);
+        let pulled = world.plant().velocity()[0];
+        assert!(pulled > 0.1, "{pulled} m/s");
+        world.push(1.0, 0.0, 0.05);
+        let both = world.load_now();
+        assert!((both.axis_torque - 1.0).abs() < 1e-9 && both.force_world == [10.0, 0.0, 0.0], "{both:?}");
+        world.pull(Load::default());
+        milliseconds(&mut world, 100);
+        assert_eq!(world.load_now(), Load::default());
+    }
 }

@@ -43,6 +43,8 @@ pub enum Command {
     List(ListArgs),
     /// Talk to a running barrel: show and set parameters, push, store and load
     Console(ConsoleArgs),
+    /// Open the playground: a window on the barrel, to see it, push it and turn its knobs
+    Play(PlayArgs),
     /// Watch a robot and record what it says
     Monitor(MonitorArgs),
     /// The same brain in another body: a chain of driven pendulums, with more sensors than motors or fewer
@@ -243,6 +245,20 @@ pub struct ConsoleArgs {
     pub log: Option<PathBuf>,
 }
 
+/// `barrel play`
+#[derive(Clone, Debug, Args)]
+pub struct PlayArgs {
+    /// What decides the run that it begins with.
+    #[command(flatten)]
+    pub setup: SetupArgs,
+    /// Put a robot on a serial line into the simulated barrel, instead of showing it as it stands there
+    #[arg(long)]
+    pub simulate: bool,
+    /// Show a recording, a log or a CSV
+    #[arg(long, value_name = "FILE")]
+    pub open: Option<PathBuf>,
+}
+
 /// `barrel monitor`
 #[derive(Debug, Args)]
 pub struct MonitorArgs {
@@ -328,6 +344,15 @@ pub enum Body {
     Chapter,
     /// A barrel that can be built: IMU, encoders, DC motors
     Tabletop,
+}
+
+impl From<BodyKind> for Body {
+    fn from(body: BodyKind) -> Self {
+        match body {
+            BodyKind::Chapter => Body::Chapter,
+            BodyKind::Tabletop => Body::Tabletop,
+        }
+    }
 }
 
 impl From<Body> for BodyKind {
@@ -516,7 +541,7 @@ fn push(text: &str) -> Result<Push, String> {
         .ok_or_else(|| format!("'{text}' is not a push; {usage}"))?;
     match parts[..] {
         [start, torque, seconds] if start >= 0.0 && seconds > 0.0 && torque.abs() <= 1000.0 => {
-            Ok(Push { start, torque, seconds })
+            Ok(Push { start, torque, force: 0.0, seconds })
         }
         [_, _, _] => {
             Err(format!("'{text}': a push starts at 0 s or later, lasts longer than 0 s and has at most 1000 N·m"))

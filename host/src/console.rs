@@ -22,7 +22,7 @@ use hil_sim::setup::SetError;
 use thiserror::Error;
 
 pub use command::{AXES, Action, COMMANDS, Command, CommandHelp, Topic, parse, parse_assignment};
-pub use complete::complete;
+pub use complete::{complete, hint};
 pub use execute::{Target, execute};
 pub use input::{Console, Input};
 
@@ -97,4 +97,14 @@ pub enum ConsoleError {
     /// What the run or the robot said.
     #[error("{0}")]
     Target(String),
+}
+
+/// The file that keeps the lines from one console to the next.
+pub fn history() -> Option<PathBuf> {
+    let home = std::env::var_os("XDG_STATE_HOME")
+        .map(PathBuf::from)
+        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".local/state")))?;
+    let folder = home.join("barrel");
+    std::fs::create_dir_all(&folder).ok()?;
+    Some(folder.join("history"))
 }

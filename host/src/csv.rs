@@ -67,6 +67,14 @@ pub const PLANT_COLUMNS: [Column; 8] = [
     column("tilt", "rad", "tilt of the cylinder axis from the horizontal"),
 ];
 
+/// What a log has of the simulated barrel beyond the CSV: its attitude.
+pub const ATTITUDE_COLUMNS: [Column; 4] = [
+    column("qw", "", "quaternion from body to world axes, real part"),
+    column("qx", "", "quaternion from body to world axes, X"),
+    column("qy", "", "quaternion from body to world axes, Y"),
+    column("qz", "", "quaternion from body to world axes, Z"),
+];
+
 /// The recorded column with this name, if it is one of ours.
 pub fn known(name: &str) -> Option<&'static Column> {
     BRAIN_COLUMNS.iter().chain(&PLANT_COLUMNS).find(|column| column.name == name)
@@ -186,7 +194,7 @@ pub fn brain_row<T: Copy>(brain: &BrainRecord<T>) -> [T; 20] {
 
 /// The numbers of a plant record in the order of [`PLANT_COLUMNS`].
 pub fn plant_row(plant: &PlantRecord) -> [f64; 8] {
-    let PlantRecord { omega, phi, weights: s, position: p, tilt } = *plant;
+    let PlantRecord { omega, phi, weights: s, position: p, tilt, orientation: _ } = *plant;
     [omega, phi, s[0], s[1], p[0], p[1], p[2], tilt]
 }
 

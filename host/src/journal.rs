@@ -14,7 +14,7 @@ use hil_sim::world::robot_parameters;
 use protocol::message::{SafetyState, Vitals};
 use protocol::{HostMessage, RobotMessage, Telemetry, Values};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Control steps in a second.
@@ -74,22 +74,18 @@ impl Journal {
         }
     }
 
-    /// Begins the log with what the robot is and what its parameters are now. Where no place is given, it is a new folder.
+    /// Begins the log, in its place among these, with what the robot is and what its parameters are now.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn begin_log(
         &mut self,
-        place: Option<&Path>,
+        places: &Places,
         command: &str,
         link: &str,
         identity: &Identity,
         values: &Values<f64>,
     ) -> Result<(), Failure> {
-        let places = match place {
-            Some(path) => Places::new(None, Some(path.to_owned()), None),
-            None => Places::run_folder("monitor")?,
-        };
         let about = BTreeMap::from(
             [
                 ("link", link.to_owned()),

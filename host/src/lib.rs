@@ -18,5 +18,6 @@ pub mod reach;
 pub mod recorded;
 pub mod recorder;
 pub mod report;
+pub mod session;
 pub mod suggest;
 pub mod words;

@@ -5,7 +5,7 @@
 //! | `/wire/host` | `postcard-cobs` | frame from host to robot, as sent, delimiter included |
 //! | `/wire/robot` | `postcard-cobs` | frame from robot to host |
 //! | `/brain` | `json` | control step: [`crate::csv::BRAIN_COLUMNS`] |
-//! | `/plant` | `json` | control step: [`crate::csv::PLANT_COLUMNS`] and `t` |
+//! | `/plant` | `json` | control step: [`crate::csv::PLANT_COLUMNS`], [`crate::csv::ATTITUDE_COLUMNS`] and `t` |
 //! | `/events` | `json` | event: `t`, `kind`, `text` |
 //! | `/vitals` | `json` | second of a robot on a line: [`protocol::message::Vitals`] and `t` |
 //!

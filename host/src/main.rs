@@ -14,6 +14,7 @@ fn main() -> ExitCode {
         Command::Plot(args) => commands::plot::plot(&args),
         Command::List(args) => commands::list::list(&args),
         Command::Console(args) => commands::console::console(&args),
+        Command::Play(args) => commands::play::play(&args),
         Command::Monitor(args) => commands::monitor::monitor(&args),
         Command::Chain(args) => commands::chain::chain(&args),
         Command::Report(args) => commands::report::report(&args),

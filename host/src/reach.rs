@@ -18,7 +18,7 @@ pub fn reach(address: &Address) -> Result<(Line<Serial>, Identity), Failure> {
     match greet(&mut line, port) {
         Ok(identity) => Ok((line, identity)),
         Err(Nobody::Unheard(garbage)) => Err(Failure::bad(no_robot(port, &[(baud, garbage)]))),
-        Err(Nobody::Stranger(why)) => Err(Failure::bad(why)),
+        Err(Nobody::Stranger(why) | Nobody::Foreign(why)) => Err(Failure::bad(why)),
     }
 }
 
@@ -28,6 +28,8 @@ enum Nobody {
     Unheard(Option<FrameError>),
     /// None that speaks at any speed; a sentence for people.
     Stranger(String),
+    /// A robot of another version, with whom nothing can be said; a sentence for people.
+    Foreign(String),
 }
 
 /// Asks who is at the end of the line on this port.
@@ -46,6 +48,7 @@ fn greet(line: &mut Line<Serial>, port: &str) -> Result<Identity, Nobody> {
         LinkError::Garbled(why) => Nobody::Unheard(Some(why)),
         // It says itself which port it was.
         LinkError::Broken(why) => Nobody::Stranger(why),
+        LinkError::Version { .. } | LinkError::Schema { .. } => Nobody::Foreign(format!("{port}: {error}")),
         error => Nobody::Stranger(format!("{port}: {error}")),
     })
 }
@@ -151,7 +154,9 @@ impl Finder {
             match try_port(&port.name, None) {
                 Ok(found) => return Ok(found),
                 // On the board's own probe, and where a robot was, one is waited for.
-                Err(Missed::Stranger(why)) if port.kind != PortKind::DebugProbe && !self.known.contains(&port.name) => {
+                Err(Missed::Stranger(why) | Missed::Foreign(why))
+                    if port.kind != PortKind::DebugProbe && !self.known.contains(&port.name) =>
+                {
                     nobody.push(self.note(port.name, why, now));
                 }
                 Err(missed) => nobody.push(missed.why()),
@@ -183,23 +188,30 @@ impl Finder {
 }
 
 /// Why there is no robot on a port; a sentence for people.
-enum Missed {
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Missed {
     /// The port could not be used: nobody was asked.
     Unasked(String),
     /// It was asked, and is no robot.
     Stranger(String),
+    /// A robot of another version, with whom nothing can be said.
+    Foreign(String),
 }
 
 impl Missed {
-    fn why(self) -> String {
+    /// The sentence.
+    pub fn why(self) -> String {
         match self {
-            Missed::Unasked(why) | Missed::Stranger(why) => why,
+            Missed::Unasked(why) | Missed::Stranger(why) | Missed::Foreign(why) => why,
         }
     }
 }
 
-/// Asks who is there, at the speeds that a robot may have.
-fn try_port(port: &str, baud: Option<u32>) -> Result<Found, Missed> {
+/// Asks once who is on a port: at this speed, or at those that a robot may have.
+///
+/// # Errors
+/// Nobody who can be talked to.
+pub fn try_port(port: &str, baud: Option<u32>) -> Result<Found, Missed> {
     let unasked = |error: LinkError| Missed::Unasked(error.to_string());
     let bauds = baud.map_or(vec![USB_BAUD, RADIO_BAUD], |baud| vec![baud]);
     let mut asked = Vec::new();
@@ -214,6 +226,7 @@ fn try_port(port: &str, baud: Option<u32>) -> Result<Found, Missed> {
             }
             Err(Nobody::Unheard(garbage)) => asked.push((baud, garbage)),
             Err(Nobody::Stranger(why)) => return Err(Missed::Stranger(why)),
+            Err(Nobody::Foreign(why)) => return Err(Missed::Foreign(why)),
         }
     }
     Err(Missed::Stranger(no_robot(port, &asked)))

@@ -60,6 +60,14 @@ impl Places {
         })
     }
 
+    /// As [`Places::run_folder`], for a log alone: nobody knows how long it will get.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn log_folder(name: &str) -> Result<Places, Failure> {
+        Ok(Places { csv: None, plot: None, ..Places::run_folder(name)? })
+    }
+
     /// Makes sure that a run folder can be made, before there is anything to put into it. None is left behind.
     ///
     /// # Errors

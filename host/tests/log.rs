@@ -30,7 +30,13 @@ fn brain(k: u32) -> BrainRecord<f32> {
 
 fn plant(k: u32) -> PlantRecord {
     let t = f64::from(k) * 0.02;
-    PlantRecord { omega: t.cos(), phi: t.sin(), position: [t / 3.0, 0.1 * t, 0.5], ..PlantRecord::default() }
+    PlantRecord {
+        omega: t.cos(),
+        phi: t.sin(),
+        position: [t / 3.0, 0.1 * t, 0.5],
+        orientation: [0.5, -0.5, t / 7.0, 0.1],
+        ..PlantRecord::default()
+    }
 }
 
 fn frame(k: u32) -> Vec<u8> {

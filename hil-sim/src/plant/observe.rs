@@ -70,6 +70,11 @@ impl Plant {
         self.sliders().v
     }
 
+    /// What the drives are told: where the weights shall be, m, for a servo; duties for motors.
+    pub fn command(&self) -> [f64; 2] {
+        self.told.value
+    }
+
     /// Position of the middle of the cylinder, world axes, m.
     pub fn position(&self) -> [f64; 3] {
         self.pose().position.into()

@@ -5,6 +5,7 @@ pub mod console;
 pub mod export;
 pub mod list;
 pub mod monitor;
+pub mod play;
 pub mod plot;
 pub mod replay;
 pub mod report;

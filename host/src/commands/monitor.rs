@@ -157,7 +157,11 @@ impl Watch<'_> {
                 command += &format!(" --duration {duration}");
             }
             let link = format!("serial:{address}");
-            self.journal.begin_log(self.args.log.as_deref(), &command, &link, identity, &values)?;
+            let places = match &self.args.log {
+                Some(log) => Places::new(None, Some(log.clone()), None),
+                None => Places::log_folder("monitor")?,
+            };
+            self.journal.begin_log(&places, &command, &link, identity, &values)?;
         }
         let back = if self.robots > 1 { " again" } else { "" };
         let who = words::identity(identity).join("; ");

@@ -52,6 +52,19 @@ pub enum Action {
         /// s.
         seconds: f64,
     },
+    /// A force along the ground across the cylinder axis, N, for so many seconds.
+    Shove {
+        /// N.
+        force: f64,
+        /// s.
+        seconds: f64,
+    },
+    /// Moves every entry of C by a random amount, uniform in ± this.
+    Scatter(f64),
+    /// Draws every entry of C anew, uniform in ± this.
+    RandomC(f64),
+    /// Draws both entries of h anew, uniform in ± this.
+    RandomH(f64),
     /// Lets the brain move the weights.
     Arm,
     /// Holds the outputs at zero.
@@ -76,11 +89,15 @@ pub enum Action {
     Go,
     /// So many control steps, then pause.
     Step(u32),
-    /// Simulated seconds per second.
+    /// Simulated seconds per second; infinite is as many as it can.
     Speed(f64),
     /// Ends the run.
     Quit,
 }
+
+/// What C and h are drawn from if nothing else is said.
+const RANDOM_C: f64 = 5.0;
+const RANDOM_H: f64 = 3.0;
 
 /// One row of [`COMMANDS`].
 #[derive(Debug, PartialEq, Eq)]
@@ -107,6 +124,9 @@ pub const COMMANDS: &[CommandHelp] = &[
     row("forget", "forget", "empties the robot's own memory: its next start has the defaults"),
     row("status", "status", "who the robot is, and how it is"),
     row("push", "push TORQUE SECONDS", "pushes the barrel: N m about its axis, for so many seconds"),
+    row("shove", "shove FORCE SECONDS", "pushes the barrel along the ground: N across its axis, for so many seconds"),
+    row("scatter", "scatter BY", "moves every entry of C by a random amount of up to BY"),
+    row("random", "random C | h [WITHIN]", "draws C, or h, anew, within ±5 for C and ±3 for h if nothing else is said"),
     row("arm", "arm", "lets the brain move the weights"),
     row("disarm", "disarm", "holds the outputs at zero"),
     row("stop", "stop", "emergency stop: zero outputs until cleared"),
@@ -120,7 +140,7 @@ pub const COMMANDS: &[CommandHelp] = &[
     row("pause", "pause", "stops the simulated time"),
     row("go", "go", "lets the simulated time go on"),
     row("step", "step [N]", "one control step of 20 ms, or N, then pause"),
-    row("speed", "speed X", "X simulated seconds per second"),
+    row("speed", "speed X | max", "X simulated seconds per second, or as many as it can"),
     row("quit", "quit", "ends the run; its files are completed"),
 ];
 
@@ -169,17 +189,37 @@ pub fn parse(line: &str) -> Result<Command, ConsoleError> {
             path if help.name == "store" => Ok(Command::Store(path.into())),
             path => Ok(Command::Load(path.into())),
         },
-        "push" => match words[..] {
-            [torque, seconds] => {
-                let torque = number(torque, "push 5 0.5")?;
-                let seconds = number(seconds, "push 5 0.5")?;
+        "push" | "shove" => match words[..] {
+            [strength, seconds] => {
+                let example = if word == "push" { "push 5 0.5" } else { "shove 30 0.1" };
+                let (strength, seconds) = (number(strength, example)?, number(seconds, example)?);
                 if seconds <= 0.0 {
                     return Err(usage("it must last longer than 0 s"));
                 }
-                Ok(Command::Act(Action::Push { torque, seconds }))
+                Ok(Command::Act(match help.name {
+                    "push" => Action::Push { torque: strength, seconds },
+                    _ => Action::Shove { force: strength, seconds },
+                }))
             }
-            _ => Err(usage("a torque in N m and a time in s are needed")),
+            _ if help.name == "push" => Err(usage("a torque in N m and a time in s are needed")),
+            _ => Err(usage("a force in N and a time in s are needed")),
         },
+        "scatter" => match words[..] {
+            [by] => random_range(by, "scatter 0.2").map(|by| Command::Act(Action::Scatter(by))),
+            _ => Err(usage("one number is needed")),
+        },
+        "random" => {
+            let within = |default: f64| match words[1..] {
+                [] => Ok(default),
+                [within] => random_range(within, "random C 5"),
+                _ => Err(usage("one number at most")),
+            };
+            match words.first() {
+                Some(&("C" | "c")) => within(RANDOM_C).map(|within| Command::Act(Action::RandomC(within))),
+                Some(&("h" | "H")) => within(RANDOM_H).map(|within| Command::Act(Action::RandomH(within))),
+                _ => Err(usage("C or h?")),
+            }
+        }
         "step" => match words[..] {
             [] => Ok(Command::Act(Action::Step(1))),
             [count] => match count.parse() {
@@ -189,6 +229,7 @@ pub fn parse(line: &str) -> Result<Command, ConsoleError> {
             _ => Err(usage("one number at most")),
         },
         "speed" => match words[..] {
+            ["max"] => Ok(Command::Act(Action::Speed(f64::INFINITY))),
             [speed] => match number(speed, "speed 2")? {
                 speed if speed > 0.0 => Ok(Command::Act(Action::Speed(speed))),
                 _ => Err(usage("it must be more than 0; pause stops the time")),
@@ -284,6 +325,14 @@ fn parse_prefix(prefix: &str) -> Result<String, ConsoleError> {
 /// Whether a name begins with a prefix, whatever the case.
 pub(super) fn begins_like(name: &str, prefix: &str) -> bool {
     name.to_lowercase().starts_with(&prefix.to_lowercase())
+}
+
+/// The range of random numbers: from 0 to 100.
+fn random_range(text: &str, example: &str) -> Result<f64, ConsoleError> {
+    number(text, example).and_then(|range| match range {
+        0.0..=100.0 => Ok(range),
+        _ => Err(ConsoleError::Usage { reason: format!("{range} is not from 0 to 100"), usage: "a number, as in 0.5" }),
+    })
 }
 
 fn number(text: &str, example: &str) -> Result<f64, ConsoleError> {

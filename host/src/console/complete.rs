@@ -23,6 +23,7 @@ pub fn complete(line: &str) -> Option<(usize, Vec<&'static str>)> {
         ["help" | "?"] => words().collect(),
         ["calibrate"] => vec!["still", "up", "status", "restart"],
         ["calibrate", "up"] => AXES.iter().map(|(name, _)| *name).collect(),
+        ["random"] => vec!["C", "h"],
         ["list"] => Id::ALL.iter().map(|id| id.name()).collect(),
         ["store" | "load", ..] => return None,
         _ => Vec::new(),
@@ -31,7 +32,7 @@ pub fn complete(line: &str) -> Option<(usize, Vec<&'static str>)> {
 }
 
 /// What stands in grey behind the cursor: a parameter's range and meaning, a command's arguments.
-fn hint(line: &str) -> Option<String> {
+pub fn hint(line: &str) -> Option<String> {
     let word = line.trim_start().split(|c: char| c.is_whitespace() || c == '=').next()?;
     if let Some(id) = Id::from_name(word) {
         let p = id.parameter();

@@ -116,9 +116,16 @@ pub fn act(action: Action, robot: &mut impl Robot, pending: &mut Option<Pending>
         Action::Save => HostMessage::Store,
         Action::Forget => HostMessage::Forget,
         Action::Status => HELLO,
-        Action::Push { .. } | Action::Pause | Action::Go | Action::Step(_) | Action::Speed(_) | Action::Quit => {
-            return None;
-        }
+        Action::Push { .. }
+        | Action::Shove { .. }
+        | Action::Scatter(_)
+        | Action::RandomC(_)
+        | Action::RandomH(_)
+        | Action::Pause
+        | Action::Go
+        | Action::Step(_)
+        | Action::Speed(_)
+        | Action::Quit => return None,
     };
     let mut answer = robot.ask(&message).and_then(|answer| said(action, &answer, pending));
     if let (Action::Status, Ok(said), Some(vitals)) = (action, &mut answer, robot.vitals()) {

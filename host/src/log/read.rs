@@ -12,7 +12,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use super::{BRAIN, Direction, EVENTS, Entry, Event, LogError, PLANT, VITALS, WIRE_HOST, WIRE_ROBOT};
-use crate::csv::{self, BRAIN_COLUMNS, PLANT_COLUMNS, Table};
+use crate::csv::{self, ATTITUDE_COLUMNS, BRAIN_COLUMNS, PLANT_COLUMNS, Table};
 use crate::draft::Draft;
 
 /// No chunk of any sane writer unpacks to more than this; a larger one is damage, and would only eat memory.
@@ -331,7 +331,8 @@ fn brain(numbers: &Numbers) -> BrainRecord<f64> {
 
 fn plant(numbers: &Numbers) -> PlantRecord {
     let [omega, phi, s1, s2, px, py, pz, tilt] = PLANT_COLUMNS.map(|column| get(numbers, column.name));
-    PlantRecord { omega, phi, weights: [s1, s2], position: [px, py, pz], tilt }
+    let orientation = ATTITUDE_COLUMNS.map(|column| get(numbers, column.name));
+    PlantRecord { omega, phi, weights: [s1, s2], position: [px, py, pz], tilt, orientation }
 }
 
 fn event(json: &[u8]) -> Result<Event, String> {

@@ -15,7 +15,9 @@ use protocol::{Id, Values};
 use serde_json::json;
 
 use super::{BRAIN, Direction, EVENTS, LogError, PLANT, VITALS, WIRE_HOST, WIRE_ROBOT};
-use crate::csv::{BRAIN_COLUMNS, Column, Number, PLANT_COLUMNS, brain_row, grid_time, plant_row, shortest};
+use crate::csv::{
+    ATTITUDE_COLUMNS, BRAIN_COLUMNS, Column, Number, PLANT_COLUMNS, brain_row, grid_time, plant_row, shortest,
+};
 
 /// A chunk is closed when it spans this much virtual time, ns: what a killed run loses at most.
 const CHUNK_SPAN: u64 = 1_000_000_000;
@@ -122,7 +124,8 @@ impl<W: Write> Writer<W> {
         if let (Ok(()), Some(plant)) = (&result, plant) {
             json.clear();
             json_time(t, &mut json);
-            for (column, number) in PLANT_COLUMNS.iter().zip(plant_row(plant)) {
+            let numbers = plant_row(plant).into_iter().chain(plant.orientation);
+            for (column, number) in PLANT_COLUMNS.iter().chain(&ATTITUDE_COLUMNS).zip(numbers) {
                 json_field(column, number, &mut json);
             }
             json.push(b'}');
@@ -248,7 +251,8 @@ fn add_channels<W: Write>(mcap: &mut mcap::Writer<NoSeek<W>>) -> Result<Channels
         mcap.add_channel(schema, topic, "json", &BTreeMap::new())
     };
     let brain = json(BRAIN, "barrel.Brain", number_schema("the brain after a control step", &BRAIN_COLUMNS))?;
-    let plant_columns: Vec<Column> = [BRAIN_COLUMNS[0]].into_iter().chain(PLANT_COLUMNS).collect();
+    let plant_columns: Vec<Column> =
+        [BRAIN_COLUMNS[0]].into_iter().chain(PLANT_COLUMNS).chain(ATTITUDE_COLUMNS).collect();
     let plant = json(PLANT, "barrel.Plant", number_schema("the simulated barrel", &plant_columns))?;
     let events = json(
         EVENTS,
