@@ -1,0 +1,2 @@
+//! Time of a frame.
+fn main() {}

@@ -1,0 +1,40 @@
+//! Leaving: a robot that is Armed is not left behind unseen.
+
+use super::App;
+use crate::order::Order;
+use eframe::egui;
+use egui::{Context, Id, Modal, ViewportCommand};
+use protocol::message::SafetyState;
+
+impl App {
+    /// Asks what shall become of a robot that is Armed, when the window is to be closed.
+    pub(super) fn farewell(&mut self, context: &Context, orders: &mut Vec<Order>) {
+        let is_armed = self.session.is_robot() && self.status.state == Some(SafetyState::Armed);
+        if context.input(|input| input.viewport().close_requested()) && is_armed && !self.leaving {
+            context.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.leaving = true;
+        }
+        if !self.leaving {
+            return;
+        }
+        if !is_armed {
+            context.send_viewport_cmd(ViewportCommand::Close);
+            return;
+        }
+        let mut stays = false;
+        Modal::new(Id::unique("farewell")).show(context, |ui| {
+            ui.heading("The robot is Armed");
+            ui.label("It is autonomous: left so, it goes on without this window.");
+            ui.horizontal(|ui| {
+                if ui.button("Disarm and close").clicked() {
+                    orders.push(Order::Line("disarm".to_owned()));
+                }
+                if ui.button("Close and leave it Armed").clicked() {
+                    context.send_viewport_cmd(ViewportCommand::Close);
+                }
+                stays = ui.button("Stay here").clicked();
+            });
+        });
+        self.leaving = !stays;
+    }
+}

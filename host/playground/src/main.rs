@@ -1,0 +1,48 @@
+//! `barrel-play`: the playground's window, what `barrel play` starts.
+
+use barrel::cli::PlayArgs;
+use clap::Parser;
+use eframe::egui::ViewportBuilder;
+use eframe::{NativeOptions, Renderer};
+use playground::app::App;
+use std::process::ExitCode;
+
+/// Opens the playground: a window on a simulated barrel or a robot, to see it, push it and turn its knobs.
+#[derive(Parser)]
+#[command(name = "barrel-play", version)]
+struct Cli {
+    #[command(flatten)]
+    play: PlayArgs,
+}
+
+fn main() -> ExitCode {
+    let args = Cli::parse().play;
+    if let Err(failure) = args.setup.setup() {
+        eprintln!("barrel-play: {failure}");
+        return failure.exit_code();
+    }
+    let options = NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_title("Barrel playground")
+            .with_app_id("barrel-play")
+            .with_inner_size([1500.0, 940.0])
+            .with_min_inner_size([800.0, 560.0]),
+        renderer: Renderer::Glow,
+        // The scene's edges are smooth.
+        multisampling: 4,
+        ..NativeOptions::default()
+    };
+    let typed = barrel::console::history();
+    let open: eframe::AppCreator<'_> = Box::new(move |context| Ok(Box::new(App::new(&args, typed, context))));
+    let opened = eframe::run_native("barrel-play", options, open);
+    match opened {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!(
+                "barrel-play: no window can be opened: {error}; a screen with OpenGL is needed (over ssh there is none; \
+                 `barrel console` and `barrel monitor` need no window)"
+            );
+            ExitCode::FAILURE
+        }
+    }
+}
