@@ -7,7 +7,7 @@ mod notices;
 mod stage;
 mod top;
 
-use crate::channel::{Frame, Id as Channel};
+use crate::channel::Frame;
 use crate::drawer::Drawer;
 use crate::film::Film;
 use crate::guide::{self, Guide};
@@ -16,6 +16,7 @@ use crate::keys::{self, Action, speed};
 use crate::knobs::{self, Held, Knobs};
 use crate::order::{Order, Start};
 use crate::picture;
+use crate::plots::Plots;
 use crate::recording::{Loading, Recording};
 use crate::scene::{Mode, Shape};
 use crate::session::{Desk, Said, Session, Status};
@@ -78,9 +79,14 @@ struct Playback {
 
 impl App {
     /// A window on what the command line asks for, laid out as it was left. `typed` is the file that keeps the console's lines.
-    pub fn new(args: &PlayArgs, typed: Option<PathBuf>, context: &eframe::CreationContext<'_>) -> Self {
-        let layout = context.storage.and_then(Layout::load).unwrap_or_default();
-        let wake = context.egui_ctx.clone();
+    pub fn new(
+        args: &PlayArgs,
+        typed: Option<PathBuf>,
+        storage: Option<&dyn eframe::Storage>,
+        context: &Context,
+    ) -> Self {
+        let layout = storage.and_then(Layout::load).unwrap_or_default();
+        let wake = context.clone();
         let session = Session::begin(args, move || wake.request_repaint());
         let setup = &args.setup;
         let start =
@@ -104,9 +110,14 @@ impl App {
             leaving: false,
         };
         if let Some(path) = &args.open {
-            app.open(path.clone(), &context.egui_ctx);
+            app.open(path.clone(), context);
         }
         app
+    }
+
+    /// Asks the session for something.
+    pub fn order(&self, order: Order) {
+        self.session.order(order);
     }
 
     /// How the session stands.
@@ -134,9 +145,14 @@ impl App {
         self.help
     }
 
-    /// The channels of each plot.
-    pub fn channels(&self) -> Vec<Vec<Channel>> {
-        self.layout.plots.channels().map(<[Channel]>::to_vec).collect()
+    /// The plots.
+    pub fn plots(&self) -> &Plots {
+        &self.layout.plots
+    }
+
+    /// The plots, to choose others.
+    pub fn plots_mut(&mut self) -> &mut Plots {
+        &mut self.layout.plots
     }
 
     /// Begins to read a recording.
@@ -405,8 +421,9 @@ fn shape(start: &Start, values: &Values<f64>) -> Shape {
     Shape::from(&layout::setup(start, values).plant_body())
 }
 
-impl eframe::App for App {
-    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+impl App {
+    /// Shows the window, and does what was done to it.
+    pub fn show_window(&mut self, ui: &mut Ui) {
         let context = ui.ctx().clone();
         let mut orders = Vec::new();
         self.take_news();
@@ -436,9 +453,9 @@ impl eframe::App for App {
             &mut self.layout.console,
             |ui| self.drawer.show(ui, &mut orders),
         );
-        Panel::left("left").resizable(true).default_size(370.0).show(ui, |ui| self.left(ui, &mut orders));
+        Panel::left("left").resizable(true).default_size(365.0).show(ui, |ui| self.left(ui, &mut orders));
         let mut plots_shown = self.layout.plots_shown;
-        Panel::right("plots").resizable(true).default_size(500.0).show_collapsible(ui, &mut plots_shown, |ui| {
+        Panel::right("plots").resizable(true).default_size(540.0).show_collapsible(ui, &mut plots_shown, |ui| {
             self.right(ui);
         });
         self.layout.plots_shown = plots_shown;
@@ -461,6 +478,12 @@ impl eframe::App for App {
         } else {
             context.request_repaint_after(std::time::Duration::from_millis(200));
         }
+    }
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.show_window(ui);
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

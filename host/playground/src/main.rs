@@ -25,7 +25,7 @@ fn main() -> ExitCode {
         viewport: ViewportBuilder::default()
             .with_title("Barrel playground")
             .with_app_id("barrel-play")
-            .with_inner_size([1500.0, 940.0])
+            .with_inner_size([1560.0, 940.0])
             .with_min_inner_size([800.0, 560.0]),
         renderer: Renderer::Glow,
         // The scene's edges are smooth.
@@ -33,7 +33,8 @@ fn main() -> ExitCode {
         ..NativeOptions::default()
     };
     let typed = barrel::console::history();
-    let open: eframe::AppCreator<'_> = Box::new(move |context| Ok(Box::new(App::new(&args, typed, context))));
+    let open: eframe::AppCreator<'_> =
+        Box::new(move |context| Ok(Box::new(App::new(&args, typed, context.storage, &context.egui_ctx))));
     let opened = eframe::run_native("barrel-play", options, open);
     match opened {
         Ok(()) => ExitCode::SUCCESS,

@@ -60,15 +60,18 @@ fn a_knob_is_turned_and_marked_and_reset() {
 #[test]
 fn a_channel_is_added_to_a_plot() {
     let mut window = rolling();
-    let before = window.state().channels().len();
+    let channels = |window: &bench::Window| -> Vec<Vec<Channel>> {
+        window.state().plots().channels().map(<[Channel]>::to_vec).collect()
+    };
+    let before = channels(&window).len();
     window.get_by_label("New plot").click();
     frames(&mut window, 3);
-    assert_eq!(window.state().channels().len(), before + 1);
+    assert_eq!(channels(&window).len(), before + 1);
     field(&window, "Search channels").type_text("tilt");
     frames(&mut window, 3);
     window.get_by_role_and_label(Role::CheckBox, "tilt").click();
     frames(&mut window, 3);
-    assert_eq!(window.state().channels().last().map(Vec::as_slice), Some(&[Channel::Tilt][..]));
+    assert_eq!(channels(&window).last().map(Vec::as_slice), Some(&[Channel::Tilt][..]));
 }
 
 #[test]

@@ -13,6 +13,8 @@ const FARTHEST: f32 = 50.0;
 const HIGHEST: f32 = 1.55;
 /// The camera follows within about this time, s.
 const LAG: f32 = 0.12;
+/// It is never farther behind than this, radii.
+const LEASH: f64 = 0.7;
 /// A barrel farther off than this was put there: the camera does not travel, radii.
 const JUMP: f64 = 30.0;
 /// How far the middle may be moved from the barrel, radii.
@@ -148,7 +150,12 @@ impl View {
             return false;
         }
         let before = *anchor;
-        let part = if far > JUMP * f64::from(radius) { 1.0 } else { 1.0 - f64::from(-dt / LAG).exp() };
+        let part = if far > JUMP * f64::from(radius) {
+            1.0
+        } else {
+            // However fast the time goes, the barrel does not run out of the picture.
+            (1.0 - f64::from(-dt / LAG).exp()).max(1.0 - LEASH * f64::from(radius) / far)
+        };
         *anchor = core::array::from_fn(|i| before[i] + way[i] * part);
         if self.mode == Mode::Fixed && part < 1.0 {
             let moved: [f64; 3] = core::array::from_fn(|i| before[i] - anchor[i]);
@@ -215,6 +222,17 @@ mod tests {
             let mut view = View { mode, ..View::default() };
             let barrel = roll(&mut view, 8.0);
             assert!((place_of(&view, barrel) - RECT.center()).length() < 1.0, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn a_barrel_that_is_fast_does_not_run_out_of_the_picture() {
+        let mut view = View::default();
+        for step in 0..50 {
+            // 10 x real time at 60 frames a second, and more.
+            let barrel = [2.0 * f64::from(step), 0.0, 0.5];
+            view.advance(barrel, 0.5, 0.016);
+            assert!(RECT.shrink(50.0).contains(place_of(&view, barrel)), "{:?}", place_of(&view, barrel));
         }
     }
 

@@ -51,7 +51,7 @@ pub fn open(args: &[&str]) -> Window {
     Harness::builder()
         .with_size(Vec2::new(1500.0, 940.0))
         .with_step_dt(1.0 / 60.0)
-        .build_eframe(move |context| App::new(&args, None, context))
+        .build_eframe(move |context| App::new(&args, None, context.storage, &context.egui_ctx))
 }
 
 /// Lets the window draw its frames until something is so; returns how many that took.
