@@ -32,8 +32,10 @@ pub fn everything() -> Result<(), String> {
     run("formatting", cargo("fmt").args(["--all", "--check"]))?;
     run("lints", cargo("clippy").args(["--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     let mut lints = cargo("clippy");
-    lints.args(["--package", "hil-sim", "--package", "barrel-host", "--package", "barrel-tests", "--all-targets"]);
-    run("lints, virtual board", lints.args(VIRTUAL_BOARD).args(["--", "-D", "warnings"]))?;
+    lints.args(
+        ["hil-sim", "barrel-host", "barrel-playground", "barrel-tests"].iter().flat_map(|name| ["--package", name]),
+    );
+    run("lints, virtual board", lints.arg("--all-targets").args(VIRTUAL_BOARD).args(["--", "-D", "warnings"]))?;
     run("documentation", cargo("doc").args(["--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
     let built = targets.and_then(|()| images());
     run("tests", cargo("test").args(["--workspace", "--no-fail-fast"]))?;

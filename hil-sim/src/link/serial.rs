@@ -26,6 +26,8 @@ pub struct Serial {
     port: Box<dyn SerialPort>,
     name: String,
     patience: Duration,
+    /// What the slowest answer needs on this line.
+    longest: Duration,
 }
 
 impl Serial {
@@ -41,7 +43,7 @@ impl Serial {
             .timeout(patience)
             .open()
             .map_err(|error| LinkError::Broken(not_opened(&path, baud, &error)))?;
-        let mut serial = Serial { port, name: path, patience };
+        let mut serial = Serial { port, name: path, patience, longest: patience };
         serial.port.clear(ClearBuffer::All).map_err(|error| serial.gone(&error))?;
         serial.write(&[0])?;
         Ok(serial)
@@ -59,6 +61,14 @@ impl Serial {
     pub fn set_patience(&mut self, patience: Duration) -> Result<(), LinkError> {
         self.patience = patience;
         self.port.set_timeout(patience).map_err(|error| self.gone(&error))
+    }
+
+    /// Sets how long an answer may take to what the slowest one needs on this line, as at the start.
+    ///
+    /// # Errors
+    /// A port that is gone.
+    pub fn be_patient(&mut self) -> Result<(), LinkError> {
+        self.set_patience(self.longest)
     }
 
     fn gone(&self, error: &dyn std::fmt::Display) -> LinkError {

@@ -30,6 +30,8 @@ use layout::{Layout, Left};
 use notices::Notices;
 use protocol::Values;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Control steps that the window remembers of a session: two simulated hours. The log has them all.
 const REMEMBERED: usize = 360_000;
@@ -56,6 +58,8 @@ pub struct App {
     /// A hand pulled in the last frame.
     hand: bool,
     leaving: bool,
+    /// Somebody pressed Ctrl-C in the terminal.
+    interrupted: Arc<AtomicBool>,
 }
 
 /// What is shown, and which instant of it.
@@ -108,11 +112,17 @@ impl App {
             scene: egui::Rect::NOTHING,
             hand: false,
             leaving: false,
+            interrupted: Arc::default(),
         };
         if let Some(path) = &args.open {
             app.open(path.clone(), context);
         }
         app
+    }
+
+    /// Closes the window in order as soon as this flag is set.
+    pub fn until(self, interrupted: Arc<AtomicBool>) -> Self {
+        App { interrupted, ..self }
     }
 
     /// Asks the session for something.
@@ -260,7 +270,10 @@ impl App {
     fn act(&mut self, action: Action, context: &Context, orders: &mut Vec<Order>) {
         match action {
             Action::Lines(["step"]) => self.step(orders),
-            Action::Lines(lines) => orders.extend(lines.iter().map(|line| Order::Line((*line).to_owned()))),
+            Action::Lines(lines) => {
+                let body = self.status.start.as_ref().map_or(self.guide.body, |start| start.body);
+                orders.extend(lines.iter().map(|line| Order::sized(line, body)));
+            }
             Action::PauseOrGo => self.pause_or_go(orders),
             Action::Faster => self.set_speed(speed::faster(self.speed()), orders),
             Action::Slower => self.set_speed(speed::slower(self.speed()), orders),

@@ -41,7 +41,8 @@ impl Guide {
                 if !is_running {
                     orders.push(self.start(experiment, Vec::new()));
                 }
-                orders.extend(lines.iter().map(|line| Order::Line((*line).to_owned())));
+                let body = if is_running { running.body } else { self.body };
+                orders.extend(lines.iter().map(|line| Order::sized(line, body)));
             }
             Does::Set(_) | Does::C(_) | Does::A(_) => {
                 let sets = does.sets();

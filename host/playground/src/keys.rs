@@ -61,7 +61,7 @@ impl Group {
     pub const fn name(self) -> &'static str {
         match self {
             Group::Controller => "Controller",
-            Group::Kicks => "Kicks",
+            Group::Kicks => "Kicks (weaker on the tabletop)",
             Group::Time => "Time",
             Group::Robot => "Robot",
             Group::Window => "Window and files",

@@ -32,9 +32,17 @@ fn main() -> ExitCode {
         multisampling: 4,
         ..NativeOptions::default()
     };
+    let interrupted = match barrel::interrupt::flag() {
+        Ok(interrupted) => interrupted,
+        Err(failure) => {
+            eprintln!("barrel-play: {failure}");
+            return failure.exit_code();
+        }
+    };
     let typed = barrel::console::history();
-    let open: eframe::AppCreator<'_> =
-        Box::new(move |context| Ok(Box::new(App::new(&args, typed, context.storage, &context.egui_ctx))));
+    let open: eframe::AppCreator<'_> = Box::new(move |context| {
+        Ok(Box::new(App::new(&args, typed, context.storage, &context.egui_ctx).until(interrupted)))
+    });
     let opened = eframe::run_native("barrel-play", options, open);
     match opened {
         Ok(()) => ExitCode::SUCCESS,

@@ -87,10 +87,15 @@ impl Session {
         Desk { frames: std::mem::take(&mut desk.frames), said: std::mem::take(&mut desk.said), status }
     }
 
-    /// Ends the session and waits until its files are complete.
+    /// Ends the session and waits until its files are complete. One that is still waiting for its robot, as for an image that is
+    /// being built, has none, and is left behind.
     pub fn end(&mut self) {
         self.orders = None;
-        if let Some(thread) = self.thread.take() {
+        let Some(thread) = self.thread.take() else { return };
+        while !thread.is_finished() && !matches!(lock(&self.desk).status.link, LinkState::Connecting(_)) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        if thread.is_finished() {
             // Its panic has been told on standard error already.
             let _ = thread.join();
         }

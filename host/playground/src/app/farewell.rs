@@ -5,10 +5,16 @@ use crate::order::Order;
 use eframe::egui;
 use egui::{Context, Id, Modal, ViewportCommand};
 use protocol::message::SafetyState;
+use std::sync::atomic::Ordering;
 
 impl App {
     /// Asks what shall become of a robot that is Armed, when the window is to be closed.
     pub(super) fn farewell(&mut self, context: &Context, orders: &mut Vec<Order>) {
+        if self.interrupted.load(Ordering::Relaxed) {
+            // Who ends it in the terminal is asked nothing; a robot goes on as it is.
+            context.send_viewport_cmd(ViewportCommand::Close);
+            return;
+        }
         let is_armed = self.session.is_robot() && self.status.state == Some(SafetyState::Armed);
         if context.input(|input| input.viewport().close_requested()) && is_armed && !self.leaving {
             context.send_viewport_cmd(ViewportCommand::CancelClose);

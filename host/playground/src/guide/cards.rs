@@ -341,13 +341,13 @@ pub(super) const CARDS: &[Card] = &[
                  against each other.",
             ),
             lines(
-                "Push: +20 N·m",
+                "Push: omega up",
                 &["push 20 0.5"],
                 "Choose the push that is against its rolling (omega < 0): it takes the new direction up, and does not \
                  fight for the old one.",
             ),
             lines(
-                "Push: −20 N·m",
+                "Push: omega down",
                 &["push -20 0.5"],
                 "The same for omega > 0. With its rolling, a push makes it turn back sooner.",
             ),

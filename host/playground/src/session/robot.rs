@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 /// Time between two looks for a robot that is not there.
 const LOOK: Duration = Duration::from_millis(500);
-/// How long the line is listened to before the orders are looked at.
+/// Time between two looks at the orders while there is no robot.
 const MOMENT: Duration = Duration::from_millis(20);
 /// A robot that has said nothing for so long lags, and after this it is asked.
 const LATE: Duration = Duration::from_millis(300);
@@ -137,6 +137,10 @@ impl Watch<'_> {
             self.stop_wanted = false;
             self.port.say("stopped");
         }
+        // It was asked at a glance who it is; what it is told may take as long as its line needs.
+        if let Err(error) = line.transport_mut().be_patient() {
+            return Ok(Left::Robot(error.to_string()));
+        }
         let who = words::identity(&identity).join("; ");
         let again = if self.robot.is_some() { " again" } else { "" };
         self.port.say(&format!("found the robot on {address}{again}: {who}"));
@@ -144,9 +148,6 @@ impl Watch<'_> {
             Ok(values) => values,
             Err(error) => return Ok(Left::Robot(error.to_string())),
         };
-        if let Err(error) = line.transport_mut().set_patience(MOMENT) {
-            return Ok(Left::Robot(error.to_string()));
-        }
         let is_new = self.robot.is_none();
         let mut robot = match self.robot.take() {
             Some(mut robot) => {
@@ -200,8 +201,8 @@ impl Watch<'_> {
                 Ok(true) => heard = Instant::now(),
                 Ok(false) => {}
                 // What is wrong with the line is the robot's loss, with the log everybody's.
-                Err(failure) => match hello(robot.line_mut()) {
-                    Ok(_) => return Err(failure),
+                Err(failure) => match glance(robot) {
+                    Ok(()) => return Err(failure),
                     Err(_) => return Ok(Left::Robot(failure.to_string())),
                 },
             }
@@ -214,8 +215,8 @@ impl Watch<'_> {
             };
             if quiet > SILENT && asked.elapsed() > SILENT {
                 asked = Instant::now();
-                match hello(robot.line_mut()) {
-                    Ok(_) => {}
+                match glance(robot) {
+                    Ok(()) => {}
                     Err(LinkError::Broken(why)) => return Ok(Left::Robot(why)),
                     Err(error) => link = LinkState::Lost(error.to_string()),
                 }
@@ -299,6 +300,15 @@ impl Watch<'_> {
             Err(error) => self.port.complain(&error.to_string()),
         }
     }
+}
+
+/// Asks whether the robot is there, without long waits: orders are waiting, too.
+fn glance(robot: &mut Attached<Serial>) -> Result<(), LinkError> {
+    let line = robot.line_mut();
+    line.transport_mut().set_patience(MOMENT)?;
+    let there = hello(line);
+    line.transport_mut().be_patient()?;
+    there.map(drop)
 }
 
 /// Takes what a robot says by itself.

@@ -16,6 +16,7 @@ use hil_sim::plant::Drive;
 use hil_sim::run::Run;
 use hil_sim::setup::BodyKind;
 use protocol::Id;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How long control steps are taken before the window is told of them.
@@ -101,7 +102,7 @@ impl OverLink for Barrel<'_> {
             status.link = LinkState::Live;
             status.state = Some(barrel.recorded().run.state());
             status.values = Some(values);
-            status.log = log;
+            status.log.clone_from(&log);
             status.vitals = None;
             status.who = format!("firmware {}, brain in {}", robot.firmware, robot.precision.name());
         });
@@ -109,7 +110,7 @@ impl OverLink for Barrel<'_> {
             port.complain(&format!("not recorded: {failure}"));
         }
         *next = Next::Choice;
-        let ended = go_on(&mut barrel, port, next);
+        let ended = go_on(&mut barrel, port, next, Size::new(log));
         port.publish(|status| status.log = None);
         for file in barrel.finish(ended)? {
             port.say(&format!("written: {}", file.display()));
@@ -118,8 +119,42 @@ impl OverLink for Barrel<'_> {
     }
 }
 
+/// At each multiple of this, bytes, of its log, a run stops and asks whether to go on.
+const LARGE: u64 = 4_000_000_000;
+
+/// Looks after the size of a log: at a thousand times real time an unwatched run would fill a disk in an hour.
+struct Size {
+    log: Option<PathBuf>,
+    looked: Instant,
+    allowed: u64,
+}
+
+impl Size {
+    fn new(log: Option<PathBuf>) -> Self {
+        Size { log, looked: Instant::now(), allowed: LARGE }
+    }
+
+    /// The size, GB, if it has become larger than was agreed to.
+    fn is_large(&mut self) -> Option<f64> {
+        if self.looked.elapsed() < SPEED_SPAN {
+            return None;
+        }
+        self.looked = Instant::now();
+        let size = std::fs::metadata(self.log.as_ref()?).ok()?.len();
+        (size > self.allowed).then(|| {
+            self.allowed = size + LARGE;
+            size as f64 / 1e9
+        })
+    }
+}
+
 /// Steps in pace with the clock and does what is asked, until something else is to begin.
-fn go_on<L: Coupling>(barrel: &mut Simulated<L>, port: &mut Port, next: &mut Next) -> Result<(), Failure> {
+fn go_on<L: Coupling>(
+    barrel: &mut Simulated<L>,
+    port: &mut Port,
+    next: &mut Next,
+    mut size: Size,
+) -> Result<(), Failure> {
     let mut reached = Reached::new(barrel.time());
     loop {
         let mut nap = barrel.nap();
@@ -142,6 +177,10 @@ fn go_on<L: Coupling>(barrel: &mut Simulated<L>, port: &mut Port, next: &mut Nex
             nap = Duration::ZERO;
         }
         while barrel.carry_on(port)? {}
+        if let Some(size) = size.is_large() {
+            barrel.offer(parse("pause"), true, port)?;
+            port.complain(&format!("the log has {size:.0} GB: `go` goes on, a new start begins another"));
+        }
         let until = Instant::now() + SLICE;
         let mut vitals = None;
         while Instant::now() < until {
