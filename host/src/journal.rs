@@ -10,6 +10,7 @@ use crate::words;
 use hil_sim::link::{Direction, Identity, Line, Link, LinkError, Transport};
 use hil_sim::record::BrainRecord;
 use hil_sim::run::time;
+use hil_sim::setup::{BodyKind, defaults};
 use hil_sim::world::robot_parameters;
 use protocol::message::{SafetyState, Vitals};
 use protocol::{HostMessage, RobotMessage, Telemetry, Values};
@@ -274,12 +275,12 @@ impl Default for Journal {
     }
 }
 
-/// The robot's parameters as it holds them now; the simulator's at their defaults.
+/// The robot's parameters as it holds them now; the simulator's as they are on the body that one can build.
 ///
 /// # Errors
 /// A robot that does not answer.
 pub fn parameters<T: Transport>(line: &mut Line<T>) -> Result<Values<f64>, LinkError> {
-    let mut values = Values::defaults(|value| value);
+    let mut values = defaults(BodyKind::Tabletop);
     for id in robot_parameters() {
         let answer = line.request(&HostMessage::GetParameter { index: id.index() })?;
         if let RobotMessage::Parameter { value, .. } = answer.message {

@@ -10,7 +10,7 @@ mod top;
 use crate::channel::Frame;
 use crate::drawer::Drawer;
 use crate::film::Film;
-use crate::guide::{self, Guide};
+use crate::guide::{self, Guide, Stage};
 use crate::history::History;
 use crate::keys::{self, Action, speed};
 use crate::knobs::{self, Held, Knobs};
@@ -20,6 +20,7 @@ use crate::plots::Plots;
 use crate::recording::{Loading, Recording};
 use crate::scene::{Mode, Shape};
 use crate::session::{Desk, Said, Session, Status};
+use crate::theme::Desktop;
 use crate::{help, matrix, plots};
 use barrel::cli::PlayArgs;
 use barrel::session::Pace;
@@ -60,6 +61,9 @@ pub struct App {
     leaving: bool,
     /// Somebody pressed Ctrl-C in the terminal.
     interrupted: Arc<AtomicBool>,
+    /// The last line of the console is one whose answer is to be seen: a file was written or read.
+    answers_matter: bool,
+    desktop: Desktop,
 }
 
 /// What is shown, and which instant of it.
@@ -113,6 +117,8 @@ impl App {
             hand: false,
             leaving: false,
             interrupted: Arc::default(),
+            answers_matter: false,
+            desktop: Desktop::default(),
         };
         if let Some(path) = &args.open {
             app.open(path.clone(), context);
@@ -123,6 +129,11 @@ impl App {
     /// Closes the window in order as soon as this flag is set.
     pub fn until(self, interrupted: Arc<AtomicBool>) -> Self {
         App { interrupted, ..self }
+    }
+
+    /// Is light or dark as the desktop is, unless somebody has chosen one of them.
+    pub fn as_light_as(self, desktop: Desktop) -> Self {
+        App { desktop, ..self }
     }
 
     /// Asks the session for something.
@@ -207,8 +218,16 @@ impl App {
         self.live.history.extend(&frames);
         for sentence in said {
             match sentence {
-                Said::Typed(line) => self.drawer.typed(&line),
-                Said::Told(text) => self.drawer.said(&text),
+                Said::Typed(line) => {
+                    self.answers_matter = ["store", "load"].iter().any(|word| line.trim_start().starts_with(word));
+                    self.drawer.typed(&line);
+                }
+                Said::Told(text) => {
+                    if self.answers_matter && !self.layout.console {
+                        self.notices.tell(&text);
+                    }
+                    self.drawer.said(&text);
+                }
                 Said::Failed(text) => {
                     if !self.layout.console {
                         self.notices.warn(&text);
@@ -249,6 +268,7 @@ impl App {
         if let Some((begin, _)) = show.history.span() {
             show.look_at(begin);
         }
+        self.layout.plots.show_all();
         self.recording = Some(Playback { recording, show, playing: false, speed: 1.0 });
         self.layout.view.recentre();
     }
@@ -256,6 +276,7 @@ impl App {
     /// Goes back from a recording to the session.
     fn back_to_live(&mut self) {
         self.recording = None;
+        self.layout.plots.follow();
         self.layout.view.recentre();
     }
 
@@ -306,6 +327,22 @@ impl App {
                     Err(why) => self.notices.warn(&why),
                 },
             },
+        }
+    }
+
+    /// Passes on what steers the session. While a recording hides it, it is only stopped, or begun anew and shown.
+    fn steer(&mut self, steering: Vec<Order>, orders: &mut Vec<Order>) {
+        for order in steering {
+            let is_start = matches!(order, Order::Start(_));
+            let is_safe = matches!(&order, Order::Line(line) if line == "stop" || line == "disarm");
+            if self.recording.is_some() && is_start {
+                self.back_to_live();
+            }
+            if self.recording.is_none() || is_safe {
+                orders.push(order);
+            } else {
+                self.notices.warn("A recording is shown: go back to live first.");
+            }
         }
     }
 
@@ -381,6 +418,11 @@ impl App {
         ui.separator();
         match self.layout.left {
             Left::Guide => {
+                self.guide.stage = match (&self.recording, self.session.is_robot()) {
+                    (Some(_), _) => Stage::Recording,
+                    (None, true) => Stage::Robot,
+                    (None, false) => Stage::Simulation,
+                };
                 if let Some(start) = &self.status.start {
                     guide::show(ui, &mut self.guide, start, orders);
                 }
@@ -438,7 +480,8 @@ impl App {
     /// Shows the window, and does what was done to it.
     pub fn show_window(&mut self, ui: &mut Ui) {
         let context = ui.ctx().clone();
-        let mut orders = Vec::new();
+        // What keys and buttons on the left ask for is meant for what is shown; the rest for the session.
+        let (mut steering, mut orders) = (Vec::new(), Vec::new());
         self.take_news();
         self.farewell(&context, &mut orders);
         let mut actions = keys::pressed(&context);
@@ -451,7 +494,7 @@ impl App {
             actions.push(Action::Lines(&["stop"]));
         }
         for action in actions {
-            self.act(action, &context, &mut orders);
+            self.act(action, &context, &mut steering);
         }
         self.dropped(&context);
         let dt = f64::from(context.input(|input| input.stable_dt));
@@ -466,19 +509,30 @@ impl App {
             &mut self.layout.console,
             |ui| self.drawer.show(ui, &mut orders),
         );
-        Panel::left("left").resizable(true).default_size(365.0).show(ui, |ui| self.left(ui, &mut orders));
+        Panel::bottom("time").show(ui, |ui| self.timeline(ui, &mut orders));
+        // The scene keeps its place in a narrow window.
+        let width = ui.available_width();
+        let left = Panel::left("left").resizable(true).default_size(365.0).max_size(0.4 * width);
+        left.show(ui, |ui| self.left(ui, &mut steering));
         let mut plots_shown = self.layout.plots_shown;
-        Panel::right("plots").resizable(true).default_size(540.0).show_collapsible(ui, &mut plots_shown, |ui| {
-            self.right(ui);
-        });
+        Panel::right("plots").resizable(true).default_size(540.0).max_size(0.38 * width).show_collapsible(
+            ui,
+            &mut plots_shown,
+            |ui| {
+                self.right(ui);
+            },
+        );
         self.layout.plots_shown = plots_shown;
-        Panel::bottom("time").show(ui, |ui| self.timeline(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.stage(ui, &mut orders));
         help::show(&context, &mut self.help);
         if let Some(path) = self.files.show(&context) {
             self.open(path, &context);
         }
-        self.notices.show(&context);
+        // A film shows the barrel, and nothing that comes and goes over it.
+        if self.film.is_none() {
+            self.notices.show(&context);
+        }
+        self.steer(steering, &mut orders);
         for order in orders {
             self.session.order(order);
         }
@@ -497,6 +551,10 @@ impl App {
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         self.show_window(ui);
+    }
+
+    fn raw_input_hook(&mut self, _context: &Context, input: &mut egui::RawInput) {
+        input.system_theme = self.desktop.theme().or(input.system_theme);
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

@@ -119,6 +119,8 @@ channels! {
     Xi2 "xi2" Errors [""] "prediction error of x2";
     E "E" Errors [""] "prediction error, xi squared";
     Etle "E_tle" Errors [""] "time loop error, v squared; 0 in the open loop";
+    NormC "|C|" Controller [""] "size of the controller: the root of the sum of its squares";
+    NormA "|A|" Model [""] "size of the self-model: the root of the sum of its squares";
     Omega "omega" Motion ["rad/s"] "angular velocity about the cylinder axis";
     Phi "phi" Motion ["rad"] "rotation about the cylinder axis: the integral of omega";
     Tilt "tilt" Motion ["rad"] "tilt of the cylinder axis from the horizontal";
@@ -202,6 +204,15 @@ impl Frame {
     /// Takes what is known of the brain.
     pub fn set_brain(&mut self, brain: &BrainRecord) {
         self.set_all(Id::X1, &barrel::csv::brain_row(brain));
+        self.derive();
+    }
+
+    /// Computes what follows from the numbers of the brain.
+    pub fn derive(&mut self) {
+        for (norm, first) in [(Id::NormC, Id::C11), (Id::NormA, Id::A11)] {
+            let entries = &self.values[first as usize..][..4];
+            self.set(norm, entries.iter().map(|entry| entry * entry).sum::<f32>().sqrt());
+        }
     }
 
     /// Takes what is known of the simulated barrel.

@@ -92,6 +92,10 @@ impl Drawer {
             if response.changed() {
                 self.candidates = None;
             }
+            if response.lost_focus() && ui.input(|input| input.key_pressed(Key::Escape)) {
+                // What stops the robot does not turn the words that follow into orders of the window.
+                response.request_focus();
+            }
             // An empty line has nothing to complete: Tab goes on to the next widget. Said after the line has changed,
             // as the field itself would only know in the next pass.
             let filter = EventFilter {

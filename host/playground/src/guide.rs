@@ -18,12 +18,26 @@ pub struct Guide {
     pub body: BodyKind,
     /// Seed of all randomness.
     pub seed: u64,
+    /// What the experiments are for.
+    pub stage: Stage,
+}
+
+/// What the experiments of the guide are for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stage {
+    /// A simulated barrel, in which one of them runs.
+    #[default]
+    Simulation,
+    /// A robot that can be touched: it takes an experiment's parameters, and nobody knows what it does now.
+    Robot,
+    /// A recording is shown: none of them runs in it.
+    Recording,
 }
 
 impl Guide {
     /// What is running is chosen.
     pub fn of(running: &Start) -> Self {
-        Guide { chosen: running.experiment, body: running.body, seed: running.seed }
+        Guide { chosen: running.experiment, body: running.body, seed: running.seed, stage: Stage::default() }
     }
 
     /// An experiment's start, with what differs from its preset.
@@ -77,11 +91,13 @@ pub fn show(ui: &mut Ui, guide: &mut Guide, running: &Start, orders: &mut Vec<Or
 
 /// The barrel, the seed, and the button that starts with them.
 fn start(ui: &mut Ui, guide: &mut Guide, running: &Start, orders: &mut Vec<Order>) {
-    ui.horizontal_wrapped(|ui| {
-        ui.label("Barrel:");
-        for body in BodyKind::ALL {
-            ui.radio_value(&mut guide.body, body, body_name(body));
-        }
+    ui.add_enabled_ui(guide.stage != Stage::Robot, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            ui.label("Barrel:");
+            for body in BodyKind::ALL {
+                ui.radio_value(&mut guide.body, body, body_name(body));
+            }
+        })
     });
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Seed:");
@@ -90,8 +106,12 @@ fn start(ui: &mut Ui, guide: &mut Guide, running: &Start, orders: &mut Vec<Order
         if ui.button("Next seed").on_hover_text("Other random numbers at the next start").clicked() {
             guide.seed = guide.seed.wrapping_add(1);
         }
-        let is_same = Guide::of(running) == *guide;
-        let words = if is_same { "Start again" } else { "Start" };
+        let is_same = Guide { stage: guide.stage, ..Guide::of(running) } == *guide;
+        let words = match guide.stage {
+            Stage::Robot => "Give it to the robot",
+            Stage::Simulation if is_same => "Start again",
+            Stage::Simulation | Stage::Recording => "Start",
+        };
         let chosen = format!("{} on {}, seed {}", guide.chosen.name, body_name(guide.body), guide.seed);
         if primary(ui, words).on_hover_text(format!("Starts {chosen}, as its preset has it")).clicked() {
             orders.push(guide.start(guide.chosen, Vec::new()));
@@ -109,7 +129,7 @@ fn primary(ui: &mut Ui, words: &str) -> egui::Response {
 fn card(ui: &mut Ui, guide: &mut Guide, experiment: &'static Experiment, running: &Start, orders: &mut Vec<Order>) {
     let Some(card) = Card::of(experiment) else { return };
     let is_chosen = guide.chosen == experiment;
-    let is_running = running.experiment == experiment;
+    let is_running = running.experiment == experiment && guide.stage == Stage::Simulation;
     let line = ui.visuals().widgets.noninteractive.bg_stroke.color;
     let edge = if is_running { ui.visuals().selection.stroke.color } else { line };
     let frame = Frame::new().stroke(Stroke::new(1.0, edge)).corner_radius(6).inner_margin(Margin::symmetric(8, 6));
@@ -141,7 +161,9 @@ fn contents(
     ui.label(card.about);
     ui.add_space(8.0);
     for Try { name, watch, does } in card.tries {
-        if ui.button(*name).on_hover_text(does.words()).clicked() {
+        let is_for_hands = guide.stage == Stage::Robot && does.needs_simulation();
+        let button = ui.add_enabled(!is_for_hands, Button::new(*name)).on_hover_text(does.words());
+        if button.on_disabled_hover_text("only in a simulation: push a robot by hand").clicked() {
             guide.carry_out(experiment, *does, running, orders);
         }
         ui.label(*watch);

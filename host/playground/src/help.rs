@@ -10,6 +10,9 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("drag the floor", "walk round it"),
     ("right-drag", "shift the view"),
     ("wheel", "nearer and farther"),
+    ("drag the time below", "look back; Newest returns"),
+    ("Tab, arrows, Enter", "all of it by keyboard"),
+    ("? above the plots", "mouse and keys on a plot"),
 ];
 
 /// Shows the help while it is `open`; Esc, its button and the key of [`Action::Help`] close it. Keys still act, so that

@@ -5,7 +5,7 @@
 
 pub mod speed;
 
-use eframe::egui::{Context, Event, Id, Key};
+use eframe::egui::{Context, Event, Id, Key, Popup};
 
 /// What a key asks of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,8 +127,14 @@ pub const KEYS: &[KeyHelp] = &[
     lines(&["R"], Group::Controller, &["random C 5", "random h 3"], "random C, within ±5, and h, within ±3"),
     lines(&["s"], Group::Controller, &["scatter 0.2"], "scatter C by ±0.2"),
     lines(&["S"], Group::Controller, &["scatter 0.5"], "scatter C by ±0.5"),
-    key("Esc", Stroke::Key(Key::Escape), Group::Robot, Action::Lines(&["stop"]), "emergency stop, always"),
-    lines(&["A", "a"], Group::Robot, &["arm"], "arm: the brain may move the weights"),
+    key(
+        "Esc",
+        Stroke::Key(Key::Escape),
+        Group::Robot,
+        Action::Lines(&["stop"]),
+        "emergency stop; a robot's always, a simulation's if it closes or leaves nothing else",
+    ),
+    lines(&["A"], Group::Robot, &["arm"], "arm, with Shift: the brain may move the weights"),
     lines(&["D", "d"], Group::Robot, &["disarm"], "disarm: outputs at zero"),
     text(&["h"], Group::Window, Action::Help, "this help"),
     text(&["F", "f"], Group::Window, Action::Follow, "the camera follows the barrel, or stays"),
@@ -145,7 +151,8 @@ pub const KEYS: &[KeyHelp] = &[
 pub fn pressed(ctx: &Context) -> Vec<Action> {
     let is_typing = ctx.text_edit_focused();
     let is_space_free = !ctx.egui_wants_keyboard_input() || (is_marked(ctx, IDLE_FOCUS) && !is_typing);
-    let is_escape_held = is_marked(ctx, DIALOG);
+    // A menu that is open, or a field that is being edited, is left by it.
+    let is_escape_held = is_marked(ctx, DIALOG) || is_typing || Popup::is_any_open(ctx);
     let is_zoom_held = is_marked(ctx, ZOOM);
     let mut actions = Vec::new();
     ctx.input_mut(|input| {

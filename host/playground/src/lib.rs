@@ -20,3 +20,4 @@ pub mod plots;
 pub mod recording;
 pub mod scene;
 pub mod session;
+pub mod theme;

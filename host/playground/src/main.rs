@@ -5,6 +5,7 @@ use clap::Parser;
 use eframe::egui::ViewportBuilder;
 use eframe::{NativeOptions, Renderer};
 use playground::app::App;
+use playground::theme::Desktop;
 use std::process::ExitCode;
 
 /// Opens the playground: a window on a simulated barrel or a robot, to see it, push it and turn its knobs.
@@ -41,7 +42,8 @@ fn main() -> ExitCode {
     };
     let typed = barrel::console::history();
     let open: eframe::AppCreator<'_> = Box::new(move |context| {
-        Ok(Box::new(App::new(&args, typed, context.storage, &context.egui_ctx).until(interrupted)))
+        let app = App::new(&args, typed, context.storage, &context.egui_ctx).until(interrupted);
+        Ok(Box::new(app.as_light_as(Desktop::watch(&context.egui_ctx))))
     });
     let opened = eframe::run_native("barrel-play", options, open);
     match opened {

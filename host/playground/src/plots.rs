@@ -45,6 +45,9 @@ pub struct Plots {
     /// Where the curves were in the last frame, left and right, points.
     #[serde(skip)]
     sides: Option<Rangef>,
+    /// Height of all plots in the last frame, points.
+    #[serde(skip)]
+    height: f32,
 }
 
 impl Default for Plots {
@@ -56,6 +59,7 @@ impl Default for Plots {
             hover: None,
             cursor: None,
             sides: None,
+            height: 0.0,
         }
     }
 }
@@ -155,12 +159,13 @@ pub fn show(ui: &mut Ui, plots: &mut Plots, history: &History, cursor: Option<f6
     let sides = plots.sides.unwrap_or_else(|| ui.available_rect_before_wrap().x_range());
     let hover = hovered(ui, plots, window, sides);
     let ticks = Ticks::new(window, sides.span());
-    let scene = Scene { history, window, ticks, read: hover.or(cursor), hover, cursor };
     let room = (ui.available_height() - time_axis::HEIGHT - ui.spacing().item_spacing.y).max(LEAST);
+    let fits = plots.height <= room + 1.0;
+    let scene = Scene { history, window, ticks, read: hover.or(cursor), hover, cursor, fits };
     let mut gesture = None;
     let mut parted = Vec::new();
     plots.hover = None;
-    ScrollArea::vertical().id_salt("plots").max_height(room).auto_shrink(false).show(ui, |ui| {
+    let shown = ScrollArea::vertical().id_salt("plots").max_height(room).auto_shrink(false).show(ui, |ui| {
         ui.set_width(ui.available_width() - MARGIN);
         ui.spacing_mut().item_spacing.y = 0.0;
         let share = share(&plots.panels, room);
@@ -184,6 +189,7 @@ pub fn show(ui: &mut Ui, plots: &mut Plots, history: &History, cursor: Option<f6
             ui.centered_and_justified(|ui| ui.weak("“New plot” or “Presets” above begin"));
         }
     });
+    plots.height = shown.content_size.y;
     time_axis::show(ui, window, ticks, sides, scene.read);
     for (key, id) in parted {
         let below = plots.panels.iter().position(|panel| panel.key == key).map_or(plots.panels.len(), |at| at + 1);
@@ -219,7 +225,7 @@ const HELP: [&str; 9] = [
     "click: scrub to a time",
     "double click, End: back to live",
     "drag: move in time",
-    "wheel, + and −: zoom in time",
+    "wheel, + and −: zoom in time (Ctrl + wheel where the wheel scrolls)",
     "right drag: zoom into a box",
     "left, right: move the cursor",
     "Page up, Page down: half a window back, on",

@@ -97,6 +97,7 @@ fn frame_of(table: &Table, row: usize) -> Frame {
             frame.set(id, value as f32);
         }
     }
+    frame.derive();
     frame
 }
 

@@ -54,6 +54,8 @@ pub struct Scene<'a> {
     pub grabbable: bool,
     /// Whether the barrel is not heard of any more: it is drawn grey.
     pub stale: bool,
+    /// Whether nothing is shown but floor and barrel, as for a film: no buttons, no words.
+    pub bare: bool,
 }
 
 /// What came of showing it.
@@ -114,19 +116,23 @@ pub fn show(ui: &mut Ui, view: &mut View, scene: &Scene) -> Output {
     } else {
         labels.iter().for_each(|label| force::label(&painter, &palette, label));
     }
-    scale(&painter, ui, rect, floor.cell());
-    if hovered || pull.is_some() {
+    if !scene.bare {
+        scale(&painter, ui, rect, floor.cell());
+    }
+    if (hovered || pull.is_some()) && !scene.bare {
         let icon = if pull.is_some() { CursorIcon::Grabbing } else { CursorIcon::Grab };
         ui.ctx().set_cursor_icon(icon);
         let text = if view.twist { "drag: twist" } else { "drag: pull · Shift: twist" };
         let at = rect.right_bottom() - vec2(10.0, 8.0);
         painter.text(at, Align2::RIGHT_BOTTOM, text, FontId::proportional(12.0), ui.visuals().weak_text_color());
     }
-    if response.has_focus() {
+    if response.has_focus() && !scene.bare {
         let stroke = Stroke::new(1.5, ui.visuals().selection.stroke.color.gamma_multiply(0.7));
         painter.rect_stroke(rect, 0.0, stroke, StrokeKind::Inside);
     }
-    buttons(ui, view, rect);
+    if !scene.bare {
+        buttons(ui, view, rect);
+    }
     Output { response, load: pull.map(|(pull, _)| pull.load) }
 }
 
@@ -312,7 +318,7 @@ mod tests {
         let floor = Floor { origin, middle: lens.target().xy(), distance: lens.distance };
         let trail: Vec<[f32; 2]> =
             (0..5000).map(|i| [pose.position[0] - 0.1 * i as f32, (0.1 * i as f32).sin()]).collect();
-        let scene = Scene { shape, pose: Some(pose), trail: &trail, grabbable: true, stale: false };
+        let scene = Scene { shape, pose: Some(pose), trail: &trail, grabbable: true, stale: false, bare: false };
         let mut canvas = Canvas::new(lens, 1.0);
         let middle = Vector3::new(0.0, 0.0, pose.position[2]);
         draw(&mut canvas, &Palette::of(&Visuals::dark()), &floor, rect, &view, &scene, middle, &pose.load);
@@ -370,7 +376,8 @@ mod tests {
         let mut view = View::default();
         let mut harness = Harness::new_ui(move |ui| {
             for pose in [Some(&broken), None] {
-                let scene = Scene { shape: &shape, pose, trail: &[[f32::NAN; 2]], grabbable: true, stale: true };
+                let scene =
+                    Scene { shape: &shape, pose, trail: &[[f32::NAN; 2]], grabbable: true, stale: true, bare: false };
                 assert_eq!(show(ui, &mut view, &scene).load, None);
             }
         });
@@ -390,7 +397,7 @@ mod tests {
             ui.set_width(800.0);
             ui.set_height(600.0);
             let grabbable = held.grabbable;
-            let scene = Scene { shape: &shape, pose: Some(&pose), trail: &[], grabbable, stale: false };
+            let scene = Scene { shape: &shape, pose: Some(&pose), trail: &[], grabbable, stale: false, bare: false };
             held.load = show(ui, &mut held.view, &scene).load;
         };
         let state = Held { view: View::default(), load: None, grabbable };

@@ -183,8 +183,12 @@ impl Port {
         desk.frames.append(&mut self.fresh);
         let surplus = desk.frames.len().saturating_sub(KEPT);
         desk.frames.drain(..surplus);
-        let before = desk.status.shown();
+        let (before, session) = (desk.status.shown(), desk.status.session);
         change(&mut desk.status);
+        if desk.status.session != session {
+            // What lies there is of the session before, whose time was another.
+            desk.frames.clear();
+        }
         desk.status.beat = Instant::now();
         let is_new = is_new || desk.status.shown() != before;
         drop(desk);

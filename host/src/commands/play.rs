@@ -3,7 +3,7 @@
 use crate::cli::PlayArgs;
 use crate::failure::Failure;
 use std::path::PathBuf;
-use std::process::{Command, ExitStatus};
+use std::process::Command;
 
 /// The playground's program, in the folder of this one.
 const PROGRAM: &str = "barrel-play";
@@ -24,8 +24,24 @@ pub fn play(args: &PlayArgs) -> Result<(), Failure> {
     // The command's own name is left out: what follows it is the playground's, too.
     let mut given = std::env::args_os().skip(1).skip_while(|argument| argument != "play");
     given.next();
-    let status = Command::new(&program).args(given).status();
-    ended(status.map_err(|error| Failure::broken(format!("cannot start {}: {error}", program.display())))?)
+    become_it(Command::new(&program).args(given))
+        .map_err(|error| Failure::broken(format!("cannot start {}: {error}", program.display())))
+}
+
+/// Ctrl-C and the exit code are the playground's: this process becomes it.
+#[cfg(unix)]
+fn become_it(program: &mut Command) -> std::io::Result<()> {
+    Err(std::os::unix::process::CommandExt::exec(program))
+}
+
+/// Waits for the playground and ends as it does.
+#[cfg(not(unix))]
+fn become_it(program: &mut Command) -> std::io::Result<()> {
+    match program.status()?.code() {
+        Some(0) => Ok(()),
+        // It has said itself what was wrong.
+        code => std::process::exit(code.unwrap_or(1)),
+    }
 }
 
 /// Where the playground is.
@@ -33,13 +49,4 @@ fn beside() -> Option<PathBuf> {
     let this = std::env::current_exe().ok()?;
     let program = this.with_file_name(format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX));
     program.is_file().then_some(program)
-}
-
-fn ended(status: ExitStatus) -> Result<(), Failure> {
-    match status.code() {
-        Some(0) => Ok(()),
-        // It has said itself what was wrong.
-        Some(code) => std::process::exit(code),
-        None => Err(Failure::broken("the playground was ended by a signal")),
-    }
 }

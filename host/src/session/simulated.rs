@@ -96,6 +96,11 @@ impl<L: Coupling> Simulated<L> {
         self.quit
     }
 
+    /// Whether the robot looks for the middle of its axes.
+    pub fn is_homing(&self) -> bool {
+        matches!(self.pending, Some(Pending::Homing(_)))
+    }
+
     /// Whether every line has been carried out to its end.
     pub fn is_idle(&self) -> bool {
         self.pending.is_none() && self.waiting.is_empty()

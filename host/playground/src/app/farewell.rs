@@ -23,6 +23,11 @@ impl App {
         if !self.leaving {
             return;
         }
+        if matches!(self.status.state, Some(SafetyState::Fault(_))) {
+            // Somebody pressed Esc, or it has stopped by itself: that is to be seen.
+            self.leaving = false;
+            return;
+        }
         if !is_armed {
             context.send_viewport_cmd(ViewportCommand::Close);
             return;
@@ -30,7 +35,7 @@ impl App {
         let mut stays = false;
         Modal::new(Id::unique("farewell")).show(context, |ui| {
             ui.heading("The robot is Armed");
-            ui.label("It is autonomous: left so, it goes on without this window.");
+            ui.label("It is autonomous: left so, it goes on without this window. Esc stops it, and the window stays.");
             ui.horizontal(|ui| {
                 if ui.button("Disarm and close").clicked() {
                     orders.push(Order::Line("disarm".to_owned()));

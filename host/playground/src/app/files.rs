@@ -1,8 +1,9 @@
 //! Choosing a recording: the logs of this folder's `runs`, a path that is typed, or a file that is dropped on the window.
 
 use super::App;
+use crate::keys;
 use eframe::egui;
-use egui::{Context, Key, ScrollArea, TextEdit, Window};
+use egui::{Align2, Context, Key, ScrollArea, TextEdit, Vec2, Window};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -29,9 +30,14 @@ impl Files {
 
     /// Shows the dialog; returns what was chosen in it.
     pub fn show(&mut self, context: &Context) -> Option<PathBuf> {
+        if !self.open {
+            return None;
+        }
+        keys::hold_escape(context);
         let mut chosen = None;
-        let mut open = self.open;
-        Window::new("Open a recording").open(&mut open).default_width(520.0).collapsible(false).show(context, |ui| {
+        let mut open = !context.input(|input| input.key_pressed(Key::Escape));
+        let window = Window::new("Open a recording").open(&mut open).default_width(520.0).collapsible(false);
+        window.anchor(Align2::CENTER_CENTER, Vec2::ZERO).show(context, |ui| {
             ui.horizontal(|ui| {
                 let label = ui.label("File");
                 let field = TextEdit::singleline(&mut self.path).hint_text("a log (.mcap) or a CSV; filters the list");

@@ -1,12 +1,14 @@
 //! Sentences that appear over the window for a while.
 
 use eframe::egui;
-use egui::{Align2, Area, Context, Frame, Order, RichText, Vec2};
+use egui::{Align2, Area, Context, Frame, Label, Order, RichText, Vec2};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::{Duration, Instant};
 
 /// How long a sentence stays.
 const STAY: Duration = Duration::from_secs(12);
+/// How wide it is, points.
+const WIDTH: f32 = 640.0;
 
 /// The sentences that are shown now.
 pub(super) struct Notices {
@@ -60,6 +62,11 @@ impl Notices {
         self.add(text, true);
     }
 
+    /// Shows what was done.
+    pub fn tell(&mut self, text: &str) {
+        self.add(text, false);
+    }
+
     fn add(&mut self, text: &str, is_warning: bool) {
         self.shown.retain(|notice| notice.text != text);
         self.shown.push(Notice { text: text.to_owned(), is_warning, since: Instant::now() });
@@ -76,15 +83,13 @@ impl Notices {
             let mut gone = None;
             for (i, notice) in self.shown.iter().enumerate() {
                 Frame::popup(ui.style()).show(ui, |ui| {
-                    ui.set_max_width(640.0);
-                    ui.horizontal(|ui| {
-                        let text = RichText::new(&notice.text);
-                        let colour = ui.visuals().warn_fg_color;
-                        ui.label(if notice.is_warning { text.color(colour) } else { text });
-                        if ui.small_button("Dismiss").clicked() {
-                            gone = Some(i);
-                        }
-                    });
+                    ui.set_max_width(WIDTH.min(0.8 * context.content_rect().width()));
+                    let text = RichText::new(&notice.text);
+                    let colour = ui.visuals().warn_fg_color;
+                    ui.add(Label::new(if notice.is_warning { text.color(colour) } else { text }).wrap());
+                    if ui.small_button("Dismiss").clicked() {
+                        gone = Some(i);
+                    }
                 });
             }
             if let Some(i) = gone {

@@ -3,12 +3,12 @@
 use super::{App, Playback, Show};
 use crate::channel::{Frame, Id as Channel};
 use crate::history::History;
-use crate::keys;
+use crate::keys::{self, speed};
 use crate::order::Order;
 use crate::scene::{self, Pose, Scene, Shape};
 use crate::session::LinkState;
 use eframe::egui;
-use egui::{Button, Sense, Slider, Ui, Vec2};
+use egui::{Align, Button, Label, Sense, Slider, Ui, Vec2};
 use hil_sim::plant::Load;
 
 /// A control step, s.
@@ -136,6 +136,7 @@ impl App {
             pose: pose.as_ref(),
             trail: &trail,
             grabbable: is_live && is_simulated && self.status.link.is_up() && self.live.cursor.is_none(),
+            bare: self.film.is_some(),
             stale: is_live
                 && matches!(self.status.link, LinkState::Lost(_) | LinkState::Refused(_) | LinkState::Over(_)),
         };
@@ -152,31 +153,29 @@ impl App {
         self.hand = output.load.is_some();
     }
 
-    /// Shows which instant is looked at, and lets it be chosen.
-    pub(super) fn timeline(&mut self, ui: &mut Ui) {
-        let Some((begin, end)) = self.show().history.span() else {
-            ui.weak("No control step yet.");
-            return;
-        };
-        let is_live = self.recording.is_none();
-        let at = self.show().cursor.unwrap_or(end);
-        // The slider knows control steps only, and would take what lies between two of them for a change.
-        let shown = (at / STEP).round() * STEP;
-        let mut t = shown;
+    /// Pause, single step, speed; which instant is looked at, and a slider to choose another.
+    pub(super) fn timeline(&mut self, ui: &mut Ui, orders: &mut Vec<Order>) {
         ui.horizontal(|ui| {
+            self.transport(ui, orders);
+            let Some((begin, end)) = self.show().history.span() else {
+                ui.weak("No control step yet.");
+                return;
+            };
+            let is_live = self.recording.is_none();
+            let at = self.show().cursor.unwrap_or(end);
+            // The slider knows control steps only, and would take what lies between two of them for a change.
+            let shown = (at / STEP).round() * STEP;
+            let mut t = shown;
             ui.monospace(format!("{at:9.2} s"));
-            if let Some(playback) = &mut self.recording {
-                let does = if playback.playing { "Stop" } else { "Play" };
-                if ui.button(does).on_hover_text("Space").clicked() {
-                    playback.toggle();
-                }
-            }
             let label = ui.label("Time");
             let live = if is_live { 70.0 } else { 0.0 };
             ui.spacing_mut().slider_width = (ui.available_width() - live - 12.0).max(80.0);
-            let slider = Slider::new(&mut t, begin..=end.max(begin + STEP)).step_by(STEP).show_value(false);
-            let slider = ui.add(slider).labelled_by(label.id);
+            let slider = Slider::new(&mut t, begin..=end.max(begin + STEP)).step_by(STEP).smart_aim(false);
+            let slider = ui.add(slider.show_value(false)).labelled_by(label.id);
             self.marks(ui, slider.rect, begin, end);
+            if slider.drag_started() || slider.clicked() {
+                slider.request_focus();
+            }
             if slider.has_focus() {
                 keys::leave_space(ui.ctx());
             }
@@ -188,12 +187,37 @@ impl App {
             }
             if is_live {
                 let is_newest = self.live.cursor.is_none();
-                let button = Button::selectable(is_newest, "Live");
+                let button = Button::selectable(is_newest, "Newest");
                 if ui.add(button).on_hover_text("Back to the newest instant").clicked() {
                     self.live.cursor = None;
                 }
             }
         });
+    }
+
+    fn transport(&mut self, ui: &mut Ui, orders: &mut Vec<Order>) {
+        if self.session.is_robot() && self.recording.is_none() {
+            // Nobody stops a robot's time.
+            return;
+        }
+        let does = if self.is_going() { "Pause" } else { "Go on" };
+        if ui.add(Button::new(does).min_size(Vec2::new(56.0, 24.0))).on_hover_text("Space").clicked() {
+            self.pause_or_go(orders);
+        }
+        if ui.add(Button::new("Step").min_size(Vec2::new(44.0, 24.0))).on_hover_text("One control step (n)").clicked() {
+            self.step(orders);
+        }
+        if named(ui, "−", "Slower (-)") {
+            self.set_speed(speed::slower(self.speed()), orders);
+        }
+        // As wide as the longest: the buttons stay where they are.
+        let words = speed::words(self.speed());
+        let label = Label::new(words).halign(Align::Center).selectable(false);
+        ui.add_sized([124.0, 24.0], label).on_hover_text("Simulated seconds a second");
+        if named(ui, "+", "Faster (+)") {
+            self.set_speed(speed::faster(self.speed()), orders);
+        }
+        ui.separator();
     }
 
     /// Marks what happened in a recording.
@@ -209,4 +233,11 @@ impl App {
                 .on_hover_text(format!("{:.2} s, {}: {}", event.t, event.kind, event.text));
         }
     }
+}
+
+/// A small button with a sign on it and a name.
+fn named(ui: &mut Ui, sign: &str, name: &str) -> bool {
+    let response = ui.add(Button::new(sign).min_size(Vec2::splat(24.0))).on_hover_text(name);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
+    response.clicked()
 }

@@ -2,13 +2,14 @@
 
 use super::App;
 use crate::film::Kind;
-use crate::keys::{Action, speed};
+use crate::keys::Action;
 use crate::order::{Order, Start};
 use crate::session::LinkState;
 use eframe::egui;
-use egui::{Align, Button, Color32, Layout, RichText, Ui, Vec2};
+use egui::{Align, Button, Color32, Label, Layout, RichText, ThemePreference, Ui, Vec2};
 use hil_sim::experiment::EXPERIMENTS;
 use protocol::message::SafetyState;
+use std::path::Path;
 use std::time::Duration;
 
 /// A session that gives no sign of life for so long is said to lag.
@@ -22,17 +23,19 @@ const AMBER: Color32 = Color32::from_rgb(0xb2, 0x6a, 0x00);
 const GREY: Color32 = Color32::from_rgb(0x61, 0x61, 0x61);
 
 impl App {
-    /// Shows the bar.
+    /// Shows the bar: menus on the left, what stops a robot on the right, and between them how it is reached.
     pub(super) fn top(&mut self, ui: &mut Ui, orders: &mut Vec<Order>) {
         ui.add_space(3.0);
         ui.horizontal(|ui| {
             ui.set_min_height(BIG.y);
             self.menus(ui, orders);
             ui.separator();
-            self.transport(ui, orders);
-            ui.separator();
             self.link(ui);
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| self.safety(ui, orders));
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                self.safety(ui, orders);
+                // What is left is for words that may be cut off.
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| self.words(ui));
+            });
         });
         ui.add_space(3.0);
         self.banner(ui, orders);
@@ -80,7 +83,16 @@ impl App {
                 self.drawer.focus();
             }
             ui.separator();
-            egui::widgets::global_theme_preference_buttons(ui);
+            let mut theme = ui.ctx().options(|options| options.theme_preference);
+            for (preference, name) in [
+                (ThemePreference::System, "Light or dark as the system"),
+                (ThemePreference::Light, "Light"),
+                (ThemePreference::Dark, "Dark"),
+            ] {
+                ui.radio_value(&mut theme, preference, name);
+            }
+            ui.ctx().set_theme(theme);
+            ui.separator();
             egui::gui_zoom::zoom_menu_buttons(ui);
         });
         if ui.button("Help").on_hover_text("Keys and mouse (h)").clicked() {
@@ -88,29 +100,6 @@ impl App {
         }
         if let Some(action) = chosen {
             self.act(action, &context, orders);
-        }
-    }
-
-    /// Pause, single step, speed.
-    fn transport(&mut self, ui: &mut Ui, orders: &mut Vec<Order>) {
-        if self.session.is_robot() && self.recording.is_none() {
-            // Nobody stops a robot's time.
-            return;
-        }
-        let going = self.is_going();
-        let does = if going { "Pause" } else { "Go on" };
-        if ui.add(Button::new(does).min_size(Vec2::new(56.0, 26.0))).on_hover_text("Space").clicked() {
-            self.pause_or_go(orders);
-        }
-        if ui.add(Button::new("Step").min_size(Vec2::new(44.0, 26.0))).on_hover_text("One control step (n)").clicked() {
-            self.step(orders);
-        }
-        if named(ui, "−", "Slower (-)") {
-            self.set_speed(speed::slower(self.speed()), orders);
-        }
-        ui.label(speed::words(self.speed())).on_hover_text("Simulated seconds a second");
-        if named(ui, "+", "Faster (+)") {
-            self.set_speed(speed::faster(self.speed()), orders);
         }
     }
 
@@ -131,9 +120,6 @@ impl App {
         };
         let text = RichText::new(format!(" {} ", link.word())).color(Color32::WHITE).background_color(colour).strong();
         ui.label(text).on_hover_text(format!("Link: {}", link.sentence()));
-        if !self.status.who.is_empty() {
-            ui.weak(&self.status.who);
-        }
         if let Some(film) = &self.film {
             let text = format!("filming {:.0} s", film.length().as_secs_f64());
             ui.label(RichText::new(text).color(ui.visuals().error_fg_color));
@@ -141,6 +127,23 @@ impl App {
         if self.loading.is_some() {
             ui.spinner();
         }
+    }
+
+    /// What the robot is, and where the session is recorded.
+    fn words(&self, ui: &mut Ui) {
+        let (recorded, hover) = match &self.status.log {
+            Some(log) => {
+                let folder = log.parent().and_then(Path::file_name).unwrap_or(log.as_os_str()).to_string_lossy();
+                (RichText::new(format!("recorded in {folder}")).weak(), log.display().to_string())
+            }
+            None if self.status.session > 0 && self.status.link.is_up() => {
+                let warning = RichText::new("not recorded").color(ui.visuals().warn_fg_color);
+                (warning, "The log could not be written; the console says why".to_owned())
+            }
+            None => (RichText::new(""), String::new()),
+        };
+        ui.add(Label::new(recorded).truncate()).on_hover_text(hover);
+        ui.add(Label::new(RichText::new(&self.status.who).weak()).truncate());
     }
 
     /// Stop, disarm and arm, from the right.
@@ -160,20 +163,30 @@ impl App {
         if big(ui, "Disarm", GREY, is_up && state != Some(SafetyState::Disarmed), "Holds the outputs at zero (D)") {
             line("disarm");
         }
-        if big(ui, "Arm", GREEN, is_up && state == Some(SafetyState::Disarmed), "Lets the brain move the weights (A)") {
+        let needs_home = self.session.is_robot() && self.status.vitals.is_some_and(|vitals| !vitals.homed);
+        if needs_home {
+            let help = "Finds the middle of both axes, from stop to stop: before that the robot is not armed";
+            if big(ui, "Home", AMBER, is_up && state == Some(SafetyState::Disarmed), help) {
+                line("home");
+            }
+        } else if big(
+            ui,
+            "Arm",
+            GREEN,
+            is_up && state == Some(SafetyState::Disarmed),
+            "Lets the brain move the weights (Shift+A)",
+        ) {
             line("arm");
         }
         let (word, colour) = match state {
+            Some(SafetyState::Armed) if self.status.homing => ("Homing", AMBER),
+            Some(SafetyState::Armed) if !is_up => ("Armed when last heard", AMBER),
             Some(SafetyState::Armed) => ("Armed", GREEN),
             Some(SafetyState::Disarmed) => ("Disarmed", GREY),
             Some(SafetyState::Fault(_)) => ("Fault", RED),
             None => ("State unknown", AMBER),
         };
         ui.label(RichText::new(format!(" {word} ")).color(Color32::WHITE).background_color(colour).strong());
-        let needs_home = self.session.is_robot() && self.status.vitals.is_some_and(|vitals| !vitals.homed);
-        if needs_home && ui.button("Home").on_hover_text("Finds the middle of both axes, from stop to stop").clicked() {
-            line("home");
-        }
     }
 
     /// What is wrong, and the way out of it.
@@ -216,11 +229,4 @@ impl App {
             }
         }
     }
-}
-
-/// A small button with a sign on it and a name.
-fn named(ui: &mut Ui, sign: &str, name: &str) -> bool {
-    let response = ui.add(Button::new(sign).min_size(Vec2::splat(26.0))).on_hover_text(name);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    response.clicked()
 }

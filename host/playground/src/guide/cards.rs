@@ -3,6 +3,7 @@
 
 use hil_sim::experiment::Experiment;
 use protocol::Id;
+use protocol::parameter::Scope;
 
 /// What is told of an experiment.
 #[derive(Debug)]
@@ -54,6 +55,16 @@ impl Does {
                 vec![(Id::A11, cos), (Id::A12, -sin), (Id::A21, sin), (Id::A22, cos)]
             }
             Does::Lines(_) => Vec::new(),
+        }
+    }
+
+    /// Whether there must be a simulated barrel for it: it is pushed, or its body or its floor is changed.
+    pub(super) fn needs_simulation(self) -> bool {
+        match self {
+            Does::Lines(lines) => lines.iter().any(|line| line.starts_with("push") || line.starts_with("shove")),
+            Does::Set(_) | Does::C(_) | Does::A(_) | Does::Start(_) => {
+                self.sets().iter().any(|(id, _)| id.parameter().scope == Scope::Plant)
+            }
         }
     }
 
@@ -129,8 +140,8 @@ pub(super) const CARDS: &[Card] = &[
             set(
                 "Period 300",
                 &[(Id::Period, 300.0)],
-                "One turn in 300 control steps, 6 s. Plot x1 over y1: the loop closes, the rolling is locked to the \
-                 drive.",
+                "One turn in 300 control steps, 6 s. Watch x and y: one turn for each period, the rolling is locked \
+                 to the drive.",
             ),
             set(
                 "Period 100",

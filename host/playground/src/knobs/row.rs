@@ -114,10 +114,10 @@ fn mark(ui: &mut Ui, is_changed: bool) {
 }
 
 fn slider(ui: &mut Ui, id: Id, shown: f64, columns: &Columns, label: egui::Id) -> Edit {
-    let p = id.parameter();
     let mut value = shown;
     ui.spacing_mut().slider_width = columns.slider;
-    let mut slider = Slider::new(&mut value, p.min..=p.max).show_value(false);
+    let (low, high) = scale::reach(id, shown);
+    let mut slider = Slider::new(&mut value, low..=high).show_value(false);
     if let Scale::Decades(least) = Scale::of(id) {
         slider = slider.logarithmic(true).smallest_positive(least);
     }

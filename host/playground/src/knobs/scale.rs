@@ -22,9 +22,7 @@ impl Scale {
             Ridge | GainFloor | PivotFloor => Scale::Decades(1e-15),
             LambdaA | LambdaB | LambdaC | LambdaH => Scale::Decades(1e-5),
             EpsA | EpsC => Scale::Decades(1e-4),
-            C11 | C12 | C21 | C22 | H1 | H2 | A11 | A12 | A21 | A22 | B1 | B2 | Coupling1 | Coupling2 => {
-                Scale::Decades(0.05)
-            }
+            C11 | C12 | C21 | C22 | H1 | H2 | A11 | A12 | A21 | A22 | B1 | B2 | Coupling1 | Coupling2 => Scale::Linear,
             Phi0 | Omega0 => Scale::Decades(0.05),
             Color | Kp | MaxForce => Scale::Decades(0.1),
             Ki | Mu => Scale::Decades(0.01),
@@ -34,6 +32,17 @@ impl Scale {
             }
         }
     }
+}
+
+/// Entries of matrices and biases are seldom larger than what a random controller is drawn from.
+const USUAL: f64 = 5.0;
+
+/// From where to where a slider goes: over the parameter's range, or, where that is much wider than what is usual, over that, and
+/// as far as the value now.
+pub(super) fn reach(id: Id, now: f64) -> (f64, f64) {
+    let p = id.parameter();
+    let far = if is_state(id) && now.is_finite() { USUAL.max(now.abs().ceil()) } else { f64::INFINITY };
+    (p.min.max(-far), p.max.min(far))
 }
 
 /// What the values of a switch mean, from 0 on; `None` for what is a number.

@@ -38,8 +38,14 @@ pub(super) fn area(corner: Pos2, pointer: Pos2, frame: Rect) -> Rect {
     if area.height() < FLAT { Rect::from_x_y_ranges(area.x_range(), frame.y_range()) } else { area }
 }
 
-/// Reads them; `corner` is where the box began that is being drawn.
-pub(super) fn of(ui: &Ui, response: &Response, transform: &PlotTransform, corner: &mut Option<Pos2>) -> Gesture {
+/// Reads them; `corner` is where the box began that is being drawn, `fits` whether all plots can be seen at once.
+pub(super) fn of(
+    ui: &Ui,
+    response: &Response,
+    transform: &PlotTransform,
+    corner: &mut Option<Pos2>,
+    fits: bool,
+) -> Gesture {
     let frame = *transform.frame();
     let time = |at: Pos2| transform.value_from_position(at).x;
     let [from, to] = [transform.bounds().min()[0], transform.bounds().max()[0]];
@@ -66,7 +72,7 @@ pub(super) fn of(ui: &Ui, response: &Response, transform: &PlotTransform, corner
         }
     }
     if response.contains_pointer() {
-        wheel(ui, &mut gesture, to - from, frame.width());
+        wheel(ui, &mut gesture, to - from, frame.width(), fits);
     }
     if response.has_focus() {
         keys::leave_space(&response.ctx);
@@ -76,9 +82,13 @@ pub(super) fn of(ui: &Ui, response: &Response, transform: &PlotTransform, corner
     gesture
 }
 
-/// The wheel zooms, sideways it pans. What it did here it does not do to what the plot is in.
-fn wheel(ui: &Ui, gesture: &mut Gesture, length: f64, width: f32) {
-    let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta, input.zoom_delta()));
+/// The wheel zooms, sideways it pans. What it did here it does not do to what the plot is in; where there are more plots than can
+/// be seen at once, it is left to them, and with Ctrl it zooms.
+fn wheel(ui: &Ui, gesture: &mut Gesture, length: f64, width: f32, fits: bool) {
+    let (mut scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta, input.zoom_delta()));
+    if !fits {
+        scroll.y = 0.0;
+    }
     let factor = f64::from(pinch) * (f64::from(scroll.y) / WHEEL).exp();
     if let Some(at) = gesture.hover
         && factor != 1.0

@@ -13,7 +13,7 @@ use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotTransform};
 use serde::{Deserialize, Serialize};
 
 /// The least height of a plot with its legend, points.
-pub(super) const LEAST: f32 = 118.0;
+pub(super) const LEAST: f32 = 100.0;
 /// The least height of the curves, points.
 const CURVES: f32 = 60.0;
 /// Below this width the heading is left out and the controls are short, points.
@@ -65,6 +65,8 @@ pub(super) struct Scene<'a> {
     pub(super) hover: Option<f64>,
     /// Time that is scrubbed to, s.
     pub(super) cursor: Option<f64>,
+    /// Whether all plots can be seen at once.
+    pub(super) fits: bool,
 }
 
 /// What was done to a plot.
@@ -149,6 +151,9 @@ impl Panel {
         let opens = std::mem::take(&mut self.opens);
         let toggle = if opens { SetOpenCommand::Bool(true) } else { SetOpenCommand::Toggle };
         let just_opened = opens || add.clicked();
+        if opens {
+            add.scroll_to_me(None);
+        }
         Popup::from_response(&add)
             .open_memory(just_opened.then_some(toggle))
             .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
@@ -290,7 +295,7 @@ impl Panel {
             .widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, format!("Plot of {title}")));
         self.overlay(ui, scene, &response, &transform);
         done.sides = Some(transform.frame().x_range());
-        done.gesture = gesture::of(ui, &response, &transform, &mut self.corner);
+        done.gesture = gesture::of(ui, &response, &transform, &mut self.corner, scene.fits);
         if let Some([min, max]) = done.gesture.boxed_heights.take().filter(|_| scale != Scale::Log) {
             self.unboxed.get_or_insert(scale);
             self.scale = Scale::Fixed { min, max };

@@ -24,7 +24,7 @@ pub(super) fn show(ui: &mut Ui, channels: &mut Vec<Id>, history: &History, searc
         field.request_focus();
     }
     ui.separator();
-    ScrollArea::vertical().max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+    ScrollArea::vertical().max_height(HEIGHT).min_scrolled_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
         let mut any = false;
         for group in Group::ALL {
             let members = Id::ALL.iter().copied().filter(|id| id.channel().group == group);

@@ -2,12 +2,12 @@
 
 use super::lens::Lens;
 use super::pose::{Pose, Shape};
-use eframe::egui::Pos2;
+use eframe::egui::{Pos2, Vec2, vec2};
 use hil_sim::plant::Load;
 use nalgebra::Vector3;
 
 /// The most that a hand pulls, of the barrel's weight.
-const STRONGEST: f32 = 4.0;
+const STRONGEST: f32 = 1.5;
 /// Distance at which it pulls that hard, radii.
 const REACH: f32 = 2.0;
 /// A hand pulls with all its force after this time, s.
@@ -27,8 +27,8 @@ pub(super) struct Hand {
     point: Vector3<f32>,
     /// Where the mouse took hold, in the window.
     pressed: Pos2,
-    /// +1 or −1: the sense of the twist when the mouse goes right; `None` if it pulls.
-    twist: Option<f32>,
+    /// The way in the window that twists it in the positive sense, of length 1; `None` if it pulls.
+    twist: Option<Vec2>,
     /// For how long it holds, s.
     held: f32,
     /// Where the point was, world axes, m.
@@ -56,9 +56,13 @@ impl Hand {
     pub fn take(shape: &Shape, pose: &Pose, middle: Vector3<f32>, lens: &Lens, at: Pos2, twist: bool) -> Option<Hand> {
         let point = hit(shape, pose, middle, lens.eye, lens.ray(at))?;
         let axis = pose.rotation() * Vector3::y();
-        // Where the axis stands in the window it is the near side that goes right, where it points into it the top.
-        let sense = if axis.dot(&(lens.up + lens.ahead)) < 0.0 { -1.0 } else { 1.0 };
-        Some(Hand { point, pressed: at, twist: twist.then_some(sense), held: 0.0, last: None, speed: Vector3::zeros() })
+        let arm = pose.rotation() * point;
+        // Where the grabbed point would go; near the middle of an end, where the top of the barrel would.
+        let way = axis.cross(&(arm - axis * axis.dot(&arm)));
+        let way = if way.norm() > 0.2 * shape.radius { way } else { axis.cross(&lens.up) };
+        let way = vec2(way.dot(&lens.right), -way.dot(&lens.up));
+        let way = if way.length() > 1e-6 { way.normalized() } else { vec2(1.0, 0.0) };
+        Some(Hand { point, pressed: at, twist: twist.then_some(way), held: 0.0, last: None, speed: Vector3::zeros() })
     }
 
     /// Pulls for `dt` seconds with the mouse at `at`.
@@ -67,8 +71,8 @@ impl Hand {
         let ramp = (self.held / RAMP).min(1.0);
         let arm = pose.rotation() * self.point;
         let point = middle + arm;
-        if let Some(sense) = self.twist {
-            let part = sense * ((at.x - self.pressed.x) / TURN).clamp(-1.0, 1.0);
+        if let Some(way) = self.twist {
+            let part = ((at - self.pressed).dot(way) / TURN).clamp(-1.0, 1.0);
             let torque = part * ramp * shape.weight * shape.radius;
             let load = Load { axis_torque: f64::from(torque), ..Load::default() };
             return Pull { point, size: torque.abs(), twists: true, load };

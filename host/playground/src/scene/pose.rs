@@ -127,11 +127,17 @@ impl Pose {
     }
 }
 
+/// Of a barrel whose attitude is not known but by x: below this tilt it is taken to lie, beyond that the tilt counts whole, rad.
+const LIES: f32 = 0.3;
+const STANDS: f32 = 0.5;
+
 /// Position and orientation of a barrel on the ground with inclinations `x`, heading 0.
 fn standing(x: [f32; 2], phi: Option<f32>, shape: &Shape) -> ([f32; 3], [f32; 4]) {
     let [x1, x2] = x;
     let up = (1.0 - x1 * x1 - x2 * x2).max(0.0).sqrt();
+    // A lying robot's x is noisy, and a little less than 1 of length looks like a large tilt: it lies until it clearly does not.
     let tilt = up.min(1.0).asin();
+    let tilt = tilt * ((tilt - LIES) / (STANDS - LIES)).clamp(0.0, 1.0);
     let roll = f32::atan2(-x1, x2);
     let (sin_tilt, cos_tilt) = (0.5 * tilt).sin_cos();
     let (sin_roll, cos_roll) = (0.5 * roll).sin_cos();

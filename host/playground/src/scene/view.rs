@@ -75,7 +75,7 @@ impl Default for View {
             mode: Mode::default(),
             azimuth: -1.1,
             elevation: 0.36,
-            distance: 6.5,
+            distance: 7.2,
             twist: false,
             targets: true,
             anchor: None,

@@ -141,9 +141,11 @@ impl Watch<'_> {
         if let Err(error) = line.transport_mut().be_patient() {
             return Ok(Left::Robot(error.to_string()));
         }
-        let who = words::identity(&identity).join("; ");
+        // Why it last started is said; in the bar stands what does not change.
+        let who = words::identity(&identity);
+        let (said, who) = (who.join("; "), who.into_iter().next().unwrap_or_default());
         let again = if self.robot.is_some() { " again" } else { "" };
-        self.port.say(&format!("found the robot on {address}{again}: {who}"));
+        self.port.say(&format!("found the robot on {address}{again}: {said}"));
         let values = match parameters(&mut line) {
             Ok(values) => values,
             Err(error) => return Ok(Left::Robot(error.to_string())),
@@ -169,7 +171,7 @@ impl Watch<'_> {
                 Attached::new(line, journal)
             }
         };
-        robot.journal_mut().event("connected", &who)?;
+        robot.journal_mut().event("connected", &said)?;
         self.port.publish(|status| {
             status.session += u64::from(is_new);
             status.link = LinkState::Live;
@@ -223,10 +225,11 @@ impl Watch<'_> {
             } else if quiet > SILENT {
                 link = super::lock(&self.port.desk).status.link.clone();
             }
-            let (state, vitals) = (robot.state(), robot.journal().vitals().copied());
+            let (state, homing, vitals) = (robot.state(), robot.is_homing(), robot.journal().vitals().copied());
             self.port.publish(|status| {
                 status.link = link;
                 status.state = state.or(status.state);
+                status.homing = homing;
                 status.vitals = vitals;
             });
         }

@@ -200,10 +200,11 @@ fn go_on<L: Coupling>(
         }
         let run = &barrel.recorded().run;
         let (state, values) = (run.state(), &run.setup().values);
-        let (pace, speed) = (barrel.pace(), barrel.speed());
+        let (pace, speed, homing) = (barrel.pace(), barrel.speed(), barrel.is_homing());
         let lag = reached.lag(barrel.time(), pace, speed);
         port.publish(|status| {
             status.state = Some(state);
+            status.homing = homing;
             (status.pace, status.speed) = (pace, speed);
             if let Some(lag) = lag {
                 status.link = lag;

@@ -18,6 +18,8 @@ pub struct Status {
     pub start: Option<Start>,
     /// The robot's safety state, as last heard.
     pub state: Option<SafetyState>,
+    /// Whether the robot looks for the middle of its axes, for which it is Armed.
+    pub homing: bool,
     /// Whether simulated time goes on.
     pub pace: Pace,
     /// Simulated seconds a second that were asked for; infinite is as fast as it goes.
@@ -58,7 +60,7 @@ impl LinkState {
     pub fn word(&self) -> &'static str {
         match self {
             LinkState::Connecting(_) => "Connecting",
-            LinkState::Live => "Live",
+            LinkState::Live => "Connected",
             LinkState::Lagging(_) => "Lagging",
             LinkState::Lost(_) => "Lost",
             LinkState::Refused(_) => "Refused",
@@ -91,6 +93,7 @@ impl Default for Status {
             link: LinkState::Connecting("starting".to_owned()),
             start: None,
             state: None,
+            homing: false,
             pace: Pace::Going,
             speed: 1.0,
             values: None,
@@ -105,7 +108,7 @@ impl Default for Status {
 
 impl Status {
     /// What a change of makes the window draw itself anew.
-    pub(super) fn shown(&self) -> (u64, LinkState, Option<SafetyState>, Pace, u64) {
-        (self.session, self.link.clone(), self.state, self.pace, self.revision)
+    pub(super) fn shown(&self) -> (u64, LinkState, Option<SafetyState>, bool, Pace, u64) {
+        (self.session, self.link.clone(), self.state, self.homing, self.pace, self.revision)
     }
 }
