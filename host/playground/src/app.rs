@@ -33,9 +33,15 @@ use protocol::Values;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::thread::JoinHandle;
 
 /// Control steps that the window remembers of a session: two simulated hours. The log has them all.
 const REMEMBERED: usize = 360_000;
+
+/// A window that is narrower is laid out more closely, points.
+const NARROW: f32 = 1110.0;
+/// The scene is at least so wide, points: however narrow the window is, the barrel is seen.
+const SCENE: f32 = 180.0;
 
 /// The window.
 pub struct App {
@@ -53,6 +59,8 @@ pub struct App {
     files: Files,
     notices: Notices,
     film: Option<Film>,
+    /// Films that are being written to their end.
+    films: Vec<JoinHandle<()>>,
     help: bool,
     /// Where the scene was in the last frame.
     scene: egui::Rect,
@@ -112,6 +120,7 @@ impl App {
             files: Files::default(),
             notices: Notices::default(),
             film: None,
+            films: Vec::new(),
             help: false,
             scene: egui::Rect::NOTHING,
             hand: false,
@@ -283,7 +292,8 @@ impl App {
     fn end_film(&mut self) {
         if let Some(film) = self.film.take() {
             let sender = self.notices.sender();
-            film.finish(move |said| sender.tell(said));
+            self.films.retain(|film| !film.is_finished());
+            self.films.push(film.finish(move |said| sender.tell(said)));
         }
     }
 
@@ -433,7 +443,12 @@ impl App {
 
     fn right(&mut self, ui: &mut Ui) {
         let frame = self.show().frame();
-        egui::CollapsingHeader::new("Matrices").default_open(true).show(ui, |ui| matrix::show(ui, frame.as_ref()));
+        // In a low window, too, there is room for plots.
+        let half = 0.5 * ui.available_height();
+        egui::CollapsingHeader::new("Matrices").default_open(true).show(ui, |ui| {
+            let area = egui::ScrollArea::vertical().id_salt("matrices").max_height(half);
+            area.show(ui, |ui| matrix::show(ui, frame.as_ref()));
+        });
         let show = self.recording.as_ref().map_or(&self.live, |playback| &playback.show);
         let output = plots::show(ui, &mut self.layout.plots, &show.history, show.cursor);
         if output.live && self.recording.is_none() {
@@ -503,25 +518,22 @@ impl App {
             Some(playback) => playback.advance(dt),
             None => self.live.advance(dt, speed, going),
         }
-        Panel::top("top").show(ui, |ui| self.top(ui, &mut orders));
+        Panel::top("top").show(ui, |ui| self.top(ui, &mut steering, &mut orders));
         Panel::bottom("console").resizable(true).default_size(180.0).show_collapsible(
             ui,
             &mut self.layout.console,
             |ui| self.drawer.show(ui, &mut orders),
         );
         Panel::bottom("time").show(ui, |ui| self.timeline(ui, &mut orders));
-        // The scene keeps its place in a narrow window.
-        let width = ui.available_width();
-        let left = Panel::left("left").resizable(true).default_size(365.0).max_size(0.4 * width);
+        // Egui remembers how wide a panel was: what a narrow window does to one must not be left of it in a wide one.
+        let (is_narrow, width) = (ui.available_width() < NARROW, ui.available_width());
+        let (left, right) = if is_narrow { ("narrow left", "narrow plots") } else { ("left", "plots") };
+        let sizes = if is_narrow { [335.0, 285.0] } else { [365.0, 540.0] };
+        let left = Panel::left(left).resizable(true).default_size(sizes[0]).max_size(0.42 * width);
         left.show(ui, |ui| self.left(ui, &mut steering));
         let mut plots_shown = self.layout.plots_shown;
-        Panel::right("plots").resizable(true).default_size(540.0).max_size(0.38 * width).show_collapsible(
-            ui,
-            &mut plots_shown,
-            |ui| {
-                self.right(ui);
-            },
-        );
+        let right = Panel::right(right).resizable(true).default_size(sizes[1]).max_size(ui.available_width() - SCENE);
+        right.show_collapsible(ui, &mut plots_shown, |ui| self.right(ui));
         self.layout.plots_shown = plots_shown;
         egui::CentralPanel::no_frame().show(ui, |ui| self.stage(ui, &mut orders));
         help::show(&context, &mut self.help);
@@ -563,5 +575,10 @@ impl eframe::App for App {
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         self.session.end();
+        self.end_film();
+        for film in self.films.drain(..) {
+            // Its panic has been told on standard error already.
+            let _ = film.join();
+        }
     }
 }

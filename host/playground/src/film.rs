@@ -3,13 +3,13 @@
 use crate::picture;
 use barrel::draft::Draft;
 use eframe::egui;
-use egui::{ColorImage, Context, Rect, ScreenshotCallback, ViewportCommand};
+use egui::{Color32, ColorImage, Context, Rect, ScreenshotCallback, ViewportCommand};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -19,6 +19,8 @@ const PERIOD: Duration = Duration::from_millis(40);
 const LONGEST: Duration = Duration::from_secs(120);
 /// A film is no wider than this, pixels: twice as sharp a screen does not make it four times as large.
 const WIDEST: usize = 900;
+/// Pictures that wait for their writer, at most: a machine that is too slow leaves some out, and keeps its memory.
+const WAITING: usize = 25;
 /// How carefully the colours of a GIF are chosen, 1 (best) to 30 (fastest).
 const HASTE: i32 = 10;
 
@@ -45,12 +47,12 @@ impl Kind {
     }
 }
 
-/// A picture of a film, and how long it is to be seen.
-type Shot = (ColorImage, Duration);
+/// A picture of a film, and when it was taken.
+type Shot = (ColorImage, Instant);
 
 /// A film that is being made. It is written in a thread of its own.
 pub struct Film {
-    shots: Option<Sender<Shot>>,
+    shots: Option<SyncSender<Shot>>,
     writer: JoinHandle<Result<PathBuf, String>>,
     begun: Instant,
     /// When the last picture was taken.
@@ -63,7 +65,7 @@ impl Film {
     /// # Errors
     /// A place that cannot be written; a sentence.
     pub fn begin(folder: &Path, kind: Kind) -> Result<Self, String> {
-        let (send, shots) = mpsc::channel();
+        let (send, shots) = mpsc::sync_channel(WAITING);
         let error = |path: &Path, why: &std::io::Error| {
             format!("cannot write {}: {why}; start in a folder that may be written", path.display())
         };
@@ -89,13 +91,14 @@ impl Film {
             context.request_repaint_after(PERIOD.saturating_sub(since));
             return;
         }
-        self.taken = Some(Instant::now());
+        let now = Instant::now();
+        self.taken = Some(now);
         let (pixels, shots) = (context.pixels_per_point(), self.shots.clone());
-        let taken = ScreenshotCallback::new(move |image: Arc<ColorImage>| {
-            // A writer that has failed says so at the end.
-            let _ = shots.map(|shots| shots.send((cut(&image, part, pixels), since)));
+        let shot = ScreenshotCallback::new(move |image: Arc<ColorImage>| {
+            // A writer that has failed says so at the end; one that is behind gets the next picture.
+            let _ = shots.map(|shots| shots.try_send((cut(&image, part, pixels), now)));
         });
-        context.send_viewport_cmd(ViewportCommand::Screenshot(taken));
+        context.send_viewport_cmd(ViewportCommand::Screenshot(shot));
     }
 
     /// How long it is so far.
@@ -108,13 +111,14 @@ impl Film {
         self.length() > LONGEST || self.writer.is_finished()
     }
 
-    /// Ends the film, and tells where it is once it has been written.
-    pub fn finish(mut self, told: impl FnOnce(Result<String, String>) + Send + 'static) {
+    /// Ends the film, and tells where it is once it has been written. A process that ends before the thread that is returned
+    /// takes the film with it.
+    pub fn finish(mut self, told: impl FnOnce(Result<String, String>) + Send + 'static) -> JoinHandle<()> {
         self.shots = None;
         std::thread::spawn(move || {
             let written = self.writer.join().unwrap_or_else(|_| Err("the film could not be written".to_owned()));
             told(written.map(|path| format!("film: {}", path.display())));
-        });
+        })
     }
 }
 
@@ -141,42 +145,116 @@ fn smaller(image: &ColorImage, by: usize) -> ColorImage {
                 sum = [sum[0] + u32::from(r), sum[1] + u32::from(g), sum[2] + u32::from(b)];
             }
             let [r, g, b] = sum.map(|sum| (sum / count) as u8);
-            pixels.push(egui::Color32::from_rgb(r, g, b));
+            pixels.push(Color32::from_rgb(r, g, b));
         }
     }
     ColorImage::new([width, height], pixels)
 }
 
+/// The same picture in another size: its middle, or itself with black around it.
+fn fit(image: ColorImage, size: [usize; 2]) -> ColorImage {
+    if image.size == size {
+        return image;
+    }
+    let mut fitted = ColorImage::filled(size, Color32::BLACK);
+    let [columns, rows] = [0, 1].map(|axis| image.size[axis].min(size[axis]));
+    let [from, to] = [image.size, size].map(|[width, height]| [(width - columns) / 2, (height - rows) / 2]);
+    for row in 0..rows {
+        let source = (from[1] + row) * image.size[0] + from[0];
+        let target = (to[1] + row) * size[0] + to[0];
+        fitted.pixels[target..target + columns].copy_from_slice(&image.pixels[source..source + columns]);
+    }
+    fitted
+}
+
+/// The first picture in which there is something to see: it decides the film's size, whatever becomes of the window's.
+fn first(shots: &Receiver<Shot>) -> Result<Shot, String> {
+    let found = shots.iter().find(|(image, _)| !image.pixels.is_empty());
+    found.ok_or_else(|| "the film ended before it had a picture".to_owned())
+}
+
 fn write_gif(draft: Draft, path: PathBuf, shots: &Receiver<Shot>) -> Result<PathBuf, String> {
     let error = |why: &dyn std::fmt::Display| format!("cannot write {}: {why}", path.display());
-    let Ok((first, _)) = shots.recv() else { return Err("the film ended before it had a picture".to_owned()) };
-    let [width, height] = first.size;
-    let size = [width as u16, height as u16];
+    let (mut last, begun) = first(shots)?;
+    let size = last.size;
+    let [width, height] = size.map(|size| size as u16);
     let file = BufWriter::new(File::create(draft.path()).map_err(|why| error(&why))?);
-    let mut encoder = gif::Encoder::new(file, size[0], size[1], &[]).map_err(|why| error(&why))?;
+    let mut encoder = gif::Encoder::new(file, width, height, &[]).map_err(|why| error(&why))?;
     encoder.set_repeat(gif::Repeat::Infinite).map_err(|why| error(&why))?;
-    let mut last = first;
+    let (mut taken, mut shown) = (begun, 0);
     loop {
         let next = shots.recv();
-        let shown = next.as_ref().map_or(PERIOD, |(_, since)| *since);
-        let mut frame = gif::Frame::from_rgba_speed(size[0], size[1], last.as_raw_mut(), HASTE);
-        frame.delay = (shown.as_millis() / 10).clamp(2, 1000) as u16;
+        let until = next.as_ref().map_or_else(|_| taken + PERIOD, |(_, taken)| *taken);
+        let mut frame = gif::Frame::from_rgba_speed(width, height, last.as_raw_mut(), HASTE);
+        frame.delay = delay(until.duration_since(begun), shown);
+        shown += u64::from(frame.delay);
         encoder.write_frame(&frame).map_err(|why| error(&why))?;
-        match next {
-            // A window that has changed its size meanwhile has no place in the film.
-            Ok((image, _)) if image.size == [width, height] => last = image,
-            Ok(_) => {}
-            Err(_) => break,
-        }
+        let Ok((image, at)) = next else { break };
+        (last, taken) = (fit(image, size), at);
     }
     drop(encoder);
     draft.commit().map_err(|why| error(&why))?;
     Ok(path)
 }
 
+/// How long a picture is to be seen that the next one follows at this time of the film, in a GIF's hundredths of a second, after
+/// so many of them: what is rounded away of one picture is given to the next. Viewers slow down what is faster than 2.
+fn delay(until: Duration, shown: u64) -> u16 {
+    let hundredths = (until.as_secs_f64() * 100.0).round() as u64;
+    hundredths.saturating_sub(shown).clamp(2, u16::MAX.into()) as u16
+}
+
 fn write_pictures(path: PathBuf, shots: &Receiver<Shot>) -> Result<PathBuf, String> {
-    for (n, (image, _)) in shots.iter().enumerate() {
+    let (first, _) = first(shots).inspect_err(|_| {
+        // Nothing has come to stand in it.
+        let _ = std::fs::remove_dir(&path);
+    })?;
+    let size = first.size;
+    let rest = shots.iter().map(|(image, _)| fit(image, size));
+    for (n, image) in std::iter::once(first).chain(rest).enumerate() {
         picture::write(&path.join(format!("{:05}.png", n + 1)), &image)?;
     }
     Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_film_lasts_as_long_as_what_it_shows_whatever_is_rounded() {
+        for period in [40.0, 49.9, 50.1, 54.9, 66.6] {
+            let at = |n: u32| Duration::from_secs_f64(f64::from(n) * period * 1e-3);
+            let shown = (1..=100).fold(0, |shown, n| shown + u64::from(delay(at(n), shown)));
+            assert!((shown as f64 - 10.0 * period).abs() <= 1.0, "{period} ms: {shown} hundredths");
+        }
+    }
+
+    #[test]
+    fn a_sharp_screen_makes_the_same_film_as_another() {
+        let colour = |x: usize, y: usize| Color32::from_rgb((x / 40) as u8, (y / 40) as u8, 7);
+        let of = |scale: usize| {
+            let size = [1000 * scale, 600 * scale];
+            let pixels = (0..size[0] * size[1]).map(|i| colour(i % size[0] / scale, i / size[0] / scale)).collect();
+            cut(
+                &ColorImage::new(size, pixels),
+                Rect::from_min_max([100.0, 40.0].into(), [700.0, 440.0].into()),
+                scale as f32,
+            )
+        };
+        assert_eq!(of(1).size, [600, 400]);
+        assert_eq!(of(2), of(1));
+    }
+
+    #[test]
+    fn a_picture_of_another_size_keeps_its_middle() {
+        for (from, to) in [([8, 6], [4, 4]), ([4, 4], [8, 6]), ([8, 4], [4, 8])] {
+            let mut image = ColorImage::filled(from, Color32::GRAY);
+            image[(from[0] / 2, from[1] / 2)] = Color32::RED;
+            let fitted = fit(image, to);
+            assert_eq!(fitted.size, to);
+            assert_eq!(fitted[(to[0] / 2, to[1] / 2)], Color32::RED, "{from:?} in {to:?}");
+        }
+        assert_eq!(fit(ColorImage::new([0, 0], Vec::new()), [2, 1]).pixels, [Color32::BLACK; 2]);
+    }
 }

@@ -3,7 +3,9 @@
 use barrel::draft::Draft;
 use eframe::egui;
 use egui::{ColorImage, Context, ScreenshotCallback, ViewportCommand};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Takes a picture of the whole window into this folder, and tells where it is, or why it is not.
 pub fn take(context: &Context, folder: PathBuf, told: impl FnOnce(Result<String, String>) + Send + 'static) {
@@ -37,10 +39,15 @@ pub fn write(path: &Path, image: &ColorImage) -> Result<(), String> {
     draft.commit().map_err(|why| error(&why))
 }
 
-/// A name in this folder that is not taken: `view-1.png`, `view-2.png`, …
+/// A name in this folder that is neither taken nor given to a picture or film that is still being made: `view-1.png`,
+/// `view-2.png`, …
 pub fn free(folder: &Path, stem: &str, ending: &str) -> PathBuf {
-    (1_u32..)
+    static GIVEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    let mut given = GIVEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let path = (1_u32..)
         .map(|n| folder.join(format!("{stem}-{n}{ending}")))
-        .find(|path| !path.exists())
-        .unwrap_or_else(|| folder.join(format!("{stem}{ending}")))
+        .find(|path| !path.exists() && !given.contains(path))
+        .unwrap_or_else(|| folder.join(format!("{stem}{ending}")));
+    given.insert(path.clone());
+    path
 }

@@ -74,10 +74,17 @@ pub fn read(path: &Path) -> Result<Recording, String> {
 
 fn read_csv(path: &Path) -> Result<Recording, LogError> {
     let table = csv::read(path)?;
+    if !table.names().iter().any(|name| Channel::from_name(name).is_some()) {
+        // The least that makes a table a recording; what is missing is said.
+        table.column(Channel::X1.channel().name)?;
+    }
     let mut history = History::new(usize::MAX);
     for row in 0..table.rows() {
         history.push(&frame_of(&table, row));
     }
+    let (rows, left_out) = (table.rows(), table.rows() - history.len());
+    let problem = (left_out > 0)
+        .then(|| format!("{left_out} of its {rows} rows are left out: their time is before that of others"));
     Ok(Recording {
         path: path.to_owned(),
         history,
@@ -85,7 +92,7 @@ fn read_csv(path: &Path) -> Result<Recording, LogError> {
         body: BodyKind::Chapter,
         values: defaults(BodyKind::Chapter),
         title: path.display().to_string(),
-        problem: None,
+        problem,
     })
 }
 
@@ -118,22 +125,22 @@ fn read_log(path: &Path) -> Result<Recording, LogError> {
     }
     let mut rows = Rows::new(values.get(Id::Range) as f32);
     let mut events = Vec::new();
-    let mut problem = None;
+    let mut damage = None;
     for entry in reader.by_ref() {
         match entry {
             Ok(Entry::Event(event)) => events.push(event),
             Ok(entry) => rows.take(entry),
-            Err(error) => problem = Some(error.to_string()),
+            Err(error) => damage = Some(error),
         }
     }
     let truncated = reader.truncated();
     let history = rows.finish();
     if history.is_empty() {
-        return Err(LogError::Missing { path: path.to_owned(), topic: log::BRAIN, truncated });
+        let missing = LogError::Missing { path: path.to_owned(), topic: log::BRAIN, truncated };
+        return Err(damage.unwrap_or(missing));
     }
-    if truncated {
-        problem.get_or_insert_with(|| "its end is missing: the program that wrote it was ended by force".to_owned());
-    }
+    let torn = || "its end is missing: the program that wrote it was ended by force".to_owned();
+    let problem = damage.map(|error| error.to_string()).or_else(|| truncated.then(torn));
     Ok(Recording {
         path: path.to_owned(),
         history,

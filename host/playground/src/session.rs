@@ -137,10 +137,9 @@ enum Asked {
 impl Port {
     /// Waits for an order, for so long at most.
     fn wait(&mut self, time: Duration) -> Asked {
-        if !self.waiting.is_empty() {
-            return Asked::Order(self.waiting.remove(0));
-        }
-        let asked = if time.is_zero() {
+        let asked = if !self.waiting.is_empty() {
+            Ok(self.waiting.remove(0))
+        } else if time.is_zero() {
             match self.orders.try_recv() {
                 Err(mpsc::TryRecvError::Disconnected) => Err(RecvTimeoutError::Disconnected),
                 asked => asked.map_err(|_| RecvTimeoutError::Timeout),
@@ -181,12 +180,15 @@ impl Port {
         let mut desk = lock(&self.desk);
         let is_new = !self.fresh.is_empty();
         desk.frames.append(&mut self.fresh);
-        let surplus = desk.frames.len().saturating_sub(KEPT);
-        desk.frames.drain(..surplus);
+        // Not one by one: what is behind them moves up.
+        if desk.frames.len() > KEPT + KEPT / 4 {
+            let surplus = desk.frames.len() - KEPT;
+            desk.frames.drain(..surplus);
+        }
         let (before, session) = (desk.status.shown(), desk.status.session);
         change(&mut desk.status);
         if desk.status.session != session {
-            // What lies there is of the session before, whose time was another.
+            // The time begins anew: nobody could tell the last session's steps from this one's.
             desk.frames.clear();
         }
         desk.status.beat = Instant::now();
@@ -252,3 +254,6 @@ fn with_start(setup: &SetupArgs, start: &Start) -> SetupArgs {
         ..setup.clone()
     }
 }
+
+#[cfg(test)]
+mod tests;

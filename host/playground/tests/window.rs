@@ -154,8 +154,8 @@ fn help_names_every_key() {
     }
 }
 
-#[test]
-fn a_log_is_opened_and_scrubbed() {
+/// A window that shows the recording of its first session, while the second goes on behind it.
+fn shown_recording() -> bench::Window {
     let mut window = rolling();
     until(&mut window, "two seconds", |window| window.state().history().span().is_some_and(|(_, end)| end > 2.0));
     // Another experiment: the log of the first is complete then.
@@ -171,6 +171,40 @@ fn a_log_is_opened_and_scrubbed() {
     frames(&mut window, 3);
     window.get_by_label("Open").click();
     until(&mut window, "the recording is shown", |window| window.state().is_recording_shown());
+    window
+}
+
+#[test]
+fn a_recording_shields_the_session_behind_it_from_keys_but_not_from_a_stop() {
+    let mut window = shown_recording();
+    for kick in ["x", "r", "y"] {
+        letter(&mut window, kick);
+    }
+    frames(&mut window, 3);
+    assert!(window.query_by_label_contains("go back to live first").is_some());
+    window.get_by_label("STOP").click();
+    let stopped = Some(SafetyState::Fault(FaultCode::EmergencyStop));
+    until(&mut window, "it is stopped", |window| window.state().status().state == stopped);
+    window.get_by_label("Back to live").click();
+    frames(&mut window, 3);
+    let history = window.state().history();
+    let mut all = (0..history.len()).filter_map(|row| history.frame(row));
+    assert!(all.all(|frame| frame.get(Channel::Torque) == 0.0 && frame.get(Channel::C11) == 1.0));
+}
+
+#[test]
+fn an_experiment_that_is_started_is_shown_even_if_a_recording_was() {
+    let mut window = shown_recording();
+    window.get_by_label("Experiment").click();
+    frames(&mut window, 3);
+    window.get_by_label("closed-loop (Experiment 1.2)").click();
+    until(&mut window, "the third session", |window| window.state().status().session == 3);
+    assert!(!window.state().is_recording_shown());
+}
+
+#[test]
+fn a_log_is_opened_and_scrubbed() {
+    let mut window = shown_recording();
     let (begin, end) = window.state().history().span().expect("it has steps");
     assert_eq!(begin, 0.0);
     assert!(end > 1.9, "{end} s");

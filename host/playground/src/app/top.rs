@@ -16,6 +16,12 @@ use std::time::Duration;
 const LIFELESS: Duration = Duration::from_secs(1);
 /// Size of the buttons that a hand must find at once.
 const BIG: Vec2 = Vec2::new(86.0, 34.0);
+/// Egui's own buttons for them have signs that not every font has.
+const THEMES: [(ThemePreference, &str); 3] = [
+    (ThemePreference::System, "Light or dark as the system"),
+    (ThemePreference::Dark, "Dark"),
+    (ThemePreference::Light, "Light"),
+];
 
 const RED: Color32 = Color32::from_rgb(0xc6, 0x28, 0x28);
 const GREEN: Color32 = Color32::from_rgb(0x2e, 0x7d, 0x32);
@@ -24,17 +30,18 @@ const GREY: Color32 = Color32::from_rgb(0x61, 0x61, 0x61);
 
 impl App {
     /// Shows the bar: menus on the left, what stops a robot on the right, and between them how it is reached.
-    pub(super) fn top(&mut self, ui: &mut Ui, orders: &mut Vec<Order>) {
+    pub(super) fn top(&mut self, ui: &mut Ui, steering: &mut Vec<Order>, orders: &mut Vec<Order>) {
         ui.add_space(3.0);
-        ui.horizontal(|ui| {
-            ui.set_min_height(BIG.y);
-            self.menus(ui, orders);
-            ui.separator();
-            self.link(ui);
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                self.safety(ui, orders);
-                // What is left is for words that may be cut off.
-                ui.with_layout(Layout::left_to_right(Align::Center), |ui| self.words(ui));
+        // What stops a robot gets its room first, and the rest what is left of it.
+        let row = Vec2::new(ui.available_width(), BIG.y);
+        ui.allocate_ui_with_layout(row, Layout::right_to_left(Align::Center), |ui| {
+            self.safety(ui, orders);
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                self.menus(ui, steering);
+                ui.separator();
+                self.link(ui);
+                // Words may be cut off.
+                self.words(ui);
             });
         });
         ui.add_space(3.0);
@@ -83,12 +90,8 @@ impl App {
                 self.drawer.focus();
             }
             ui.separator();
-            let mut theme = ui.ctx().options(|options| options.theme_preference);
-            for (preference, name) in [
-                (ThemePreference::System, "Light or dark as the system"),
-                (ThemePreference::Light, "Light"),
-                (ThemePreference::Dark, "Dark"),
-            ] {
+            let mut theme = ui.options(|options| options.theme_preference);
+            for (preference, name) in THEMES {
                 ui.radio_value(&mut theme, preference, name);
             }
             ui.ctx().set_theme(theme);

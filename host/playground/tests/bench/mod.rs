@@ -14,8 +14,9 @@ use clap::Parser;
 use eframe::egui::Role;
 use eframe::egui::{Event, Key, Vec2};
 use egui_kittest::kittest::Queryable;
-use egui_kittest::{Harness, Node};
+use egui_kittest::{Harness, HarnessBuilder, Node};
 use playground::app::App;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -46,12 +47,19 @@ pub fn folder() -> &'static Path {
 
 /// Opens the playground with these arguments.
 pub fn open(args: &[&str]) -> Window {
+    open_in(args, Harness::builder().with_size(Vec2::new(1500.0, 940.0)), None)
+}
+
+/// Opens the playground in a window of this sort, laid out as it was left in `storage`.
+pub fn open_in(args: &[&str], window: HarnessBuilder<App>, storage: Option<&dyn eframe::Storage>) -> Window {
     folder();
-    let args = Cli::parse_from([&["barrel-play"], args].concat()).play;
-    Harness::builder()
-        .with_size(Vec2::new(1500.0, 940.0))
-        .with_step_dt(1.0 / 60.0)
-        .build_eframe(move |context| App::new(&args, None, context.storage, &context.egui_ctx))
+    let args = asked(args);
+    window.with_step_dt(1.0 / 60.0).build_eframe(|context| App::new(&args, None, storage, &context.egui_ctx))
+}
+
+/// What the playground is asked for with these arguments.
+pub fn asked(args: &[&str]) -> PlayArgs {
+    Cli::parse_from([&["barrel-play"], args].concat()).play
 }
 
 /// Lets the window draw its frames until something is so; returns how many that took.
@@ -86,6 +94,35 @@ pub fn letter(window: &mut Window, letter: &str) {
 pub fn ctrl(window: &mut Window, key: Key) {
     window.key_press_modifiers(eframe::egui::Modifiers::COMMAND, key);
     frames(window, 2);
+}
+
+/// One frame in which a key is struck with Ctrl, and no other: what the window asks for in it is in its output.
+pub fn strike(window: &mut Window, key: Key) {
+    let modifiers = eframe::egui::Modifiers::COMMAND;
+    let event = Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+    window.input_mut().events.push(event);
+    window.step();
+    window.input_mut().events.push(Event::Key { key, physical_key: None, pressed: false, repeat: false, modifiers });
+}
+
+/// What is remembered from one window to the next.
+#[derive(Clone, Debug, Default)]
+pub struct Kept(pub BTreeMap<String, String>);
+
+impl eframe::Storage for Kept {
+    fn get_string(&self, key: &str) -> Option<String> {
+        self.0.get(key).cloned()
+    }
+
+    fn set_string(&mut self, key: &str, value: String) {
+        self.0.insert(key.to_owned(), value);
+    }
+
+    fn remove_string(&mut self, key: &str) {
+        self.0.remove(key);
+    }
+
+    fn flush(&mut self) {}
 }
 
 /// The text field of this name.
