@@ -19,7 +19,7 @@ use crate::picture;
 use crate::plots::Plots;
 use crate::recording::{Loading, Recording};
 use crate::scene::{Mode, Shape};
-use crate::session::{Desk, Said, Session, Status};
+use crate::session::{Desk, LinkState, Said, Session, Status};
 use crate::theme::Desktop;
 use crate::{help, matrix, plots};
 use barrel::cli::PlayArgs;
@@ -429,8 +429,9 @@ impl App {
         match self.layout.left {
             Left::Guide => {
                 self.guide.stage = match (&self.recording, self.session.is_robot()) {
-                    (Some(_), _) => Stage::Recording,
+                    (Some(_), _) => Stage::Idle,
                     (None, true) => Stage::Robot,
+                    (None, false) if matches!(self.status.link, LinkState::Over(_)) => Stage::Idle,
                     (None, false) => Stage::Simulation,
                 };
                 if let Some(start) = &self.status.start {

@@ -30,8 +30,8 @@ pub enum Stage {
     Simulation,
     /// A robot that can be touched: it takes an experiment's parameters, and nobody knows what it does now.
     Robot,
-    /// A recording is shown: none of them runs in it.
-    Recording,
+    /// None of them runs in what is shown: a recording, or a session that has ended.
+    Idle,
 }
 
 impl Guide {
@@ -110,7 +110,7 @@ fn start(ui: &mut Ui, guide: &mut Guide, running: &Start, orders: &mut Vec<Order
         let words = match guide.stage {
             Stage::Robot => "Give it to the robot",
             Stage::Simulation if is_same => "Start again",
-            Stage::Simulation | Stage::Recording => "Start",
+            Stage::Simulation | Stage::Idle => "Start",
         };
         let chosen = format!("{} on {}, seed {}", guide.chosen.name, body_name(guide.body), guide.seed);
         if primary(ui, words).on_hover_text(format!("Starts {chosen}, as its preset has it")).clicked() {

@@ -13,7 +13,7 @@ use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotTransform};
 use serde::{Deserialize, Serialize};
 
 /// The least height of a plot with its legend, points.
-pub(super) const LEAST: f32 = 100.0;
+pub(super) const LEAST: f32 = 92.0;
 /// The least height of the curves, points.
 const CURVES: f32 = 60.0;
 /// Below this width the heading is left out and the controls are short, points.
