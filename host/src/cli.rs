@@ -259,6 +259,17 @@ pub struct PlayArgs {
     pub open: Option<PathBuf>,
 }
 
+impl PlayArgs {
+    /// Looks for what is wrong with them that can be known before a window is opened.
+    ///
+    /// # Errors
+    /// A value out of range, a recording that is not there.
+    pub fn check(&self) -> Result<(), Failure> {
+        self.setup.setup()?;
+        self.open.as_deref().map_or(Ok(()), Failure::unless_there)
+    }
+}
+
 /// `barrel monitor`
 #[derive(Debug, Args)]
 pub struct MonitorArgs {

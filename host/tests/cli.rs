@@ -421,3 +421,20 @@ fn a_chain_runs_and_refuses_what_it_does_not_have() {
     refused(&["chain", "angles", "--hold", "1:1:3"], &["pendulum 3", "has 2"]);
     refused(&["chain", "--hold", "1:1"], &["START:SECONDS:PENDULUM"]);
 }
+
+#[test]
+fn what_is_wrong_with_a_playground_is_said_without_a_window() {
+    refused(&["play", "homeokinetik"], &["did you mean 'homeokinetic'?"]);
+    refused(&["play", "--set", "epsC=99"], &["epsC", "0 to 10"]);
+    refused(&["play", "--open", "no.mcap"], &["no.mcap"]);
+}
+
+#[test]
+fn without_the_playground_beside_it_barrel_says_how_to_get_it() {
+    let folder = TempDir::new().expect("a folder");
+    let alone = folder.path().join("barrel");
+    fs::copy(env!("CARGO_BIN_EXE_barrel"), &alone).expect("copied");
+    let output = Command::new(alone).arg("play").output().expect("it starts");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("`cargo play`"), "{}", text(&output.stderr));
+}

@@ -1,33 +1,34 @@
 //! The window: what it knows, and what it does in a frame.
 
+mod acts;
 mod farewell;
 mod files;
 mod layout;
+mod news;
 mod notices;
+mod sides;
 mod stage;
 mod top;
 
 use crate::channel::Frame;
 use crate::drawer::Drawer;
 use crate::film::Film;
-use crate::guide::{self, Guide, Stage};
+use crate::guide::Guide;
+use crate::help;
 use crate::history::History;
-use crate::keys::{self, Action, speed};
-use crate::knobs::{self, Held, Knobs};
+use crate::keys::{self, Action};
+use crate::knobs::Knobs;
 use crate::order::{Order, Start};
-use crate::picture;
 use crate::plots::Plots;
 use crate::recording::{Loading, Recording};
-use crate::scene::{Mode, Shape};
-use crate::session::{Desk, LinkState, Said, Session, Status};
+use crate::scene::Shape;
+use crate::session::{Session, Status};
 use crate::theme::Desktop;
-use crate::{help, matrix, plots};
 use barrel::cli::PlayArgs;
-use barrel::session::Pace;
 use eframe::egui;
-use egui::{Context, Panel, Ui};
+use egui::{Color32, Context, Panel, Theme, Ui};
 use files::Files;
-use layout::{Layout, Left};
+use layout::Layout;
 use notices::Notices;
 use protocol::Values;
 use std::path::{Path, PathBuf};
@@ -101,6 +102,8 @@ impl App {
         storage: Option<&dyn eframe::Storage>,
         context: &Context,
     ) -> Self {
+        // Pure red on nearly black is hard to read.
+        context.style_mut_of(Theme::Dark, |style| style.visuals.error_fg_color = Color32::from_rgb(0xff, 0x6b, 0x6b));
         let layout = storage.and_then(Layout::load).unwrap_or_default();
         let wake = context.clone();
         let session = Session::begin(args, move || wake.request_repaint());
@@ -209,290 +212,6 @@ impl App {
         log.and_then(Path::parent).map_or_else(PathBuf::new, Path::to_path_buf)
     }
 
-    /// Takes what is new from the session and from files that are being read.
-    fn take_news(&mut self) {
-        let Desk { frames, said, status } = self.session.look();
-        if status.session != self.status.session {
-            self.live.begin();
-            if let Some(start) = &status.start {
-                self.guide = Guide::of(start);
-                self.knobs.pending.clear();
-            }
-        }
-        let changed = status.revision != self.status.revision || status.session != self.status.session;
-        self.status = status;
-        if changed {
-            self.reshape();
-        }
-        self.live.history.extend(&frames);
-        for sentence in said {
-            match sentence {
-                Said::Typed(line) => {
-                    self.answers_matter = ["store", "load"].iter().any(|word| line.trim_start().starts_with(word));
-                    self.drawer.typed(&line);
-                }
-                Said::Told(text) => {
-                    if self.answers_matter && !self.layout.console {
-                        self.notices.tell(&text);
-                    }
-                    self.drawer.said(&text);
-                }
-                Said::Failed(text) => {
-                    if !self.layout.console {
-                        self.notices.warn(&text);
-                    }
-                    self.drawer.failed(&text);
-                }
-            }
-        }
-        if let Some(result) = self.loading.as_ref().and_then(Loading::done) {
-            self.loading = None;
-            match result {
-                Ok(recording) => self.play(recording),
-                Err(why) => self.notices.warn(&why),
-            }
-        }
-        while let Some(done) = self.notices.arrived() {
-            self.drawer.said(&done);
-        }
-        if self.film.as_ref().is_some_and(Film::is_over) {
-            self.end_film();
-        }
-    }
-
-    /// The barrel may have got other measures.
-    fn reshape(&mut self) {
-        let (Some(values), Some(start)) = (&self.status.values, &self.status.start) else { return };
-        self.live.shape = shape(start, values);
-    }
-
-    /// Shows a recording.
-    fn play(&mut self, mut recording: Recording) {
-        if let Some(problem) = &recording.problem {
-            self.notices.warn(&format!("{}: {problem}", recording.path.display()));
-        }
-        let start = Start { experiment: self.guide.chosen, body: recording.body, seed: 1, sets: Vec::new() };
-        let shape = shape(&start, &recording.values);
-        let mut show = Show::new(std::mem::take(&mut recording.history), shape);
-        if let Some((begin, _)) = show.history.span() {
-            show.look_at(begin);
-        }
-        self.layout.plots.show_all();
-        self.recording = Some(Playback { recording, show, playing: false, speed: 1.0 });
-        self.layout.view.recentre();
-    }
-
-    /// Goes back from a recording to the session.
-    fn back_to_live(&mut self) {
-        self.recording = None;
-        self.layout.plots.follow();
-        self.layout.view.recentre();
-    }
-
-    fn end_film(&mut self) {
-        if let Some(film) = self.film.take() {
-            let sender = self.notices.sender();
-            self.films.retain(|film| !film.is_finished());
-            self.films.push(film.finish(move |said| sender.tell(said)));
-        }
-    }
-
-    /// Does what was asked for by a key or a button.
-    fn act(&mut self, action: Action, context: &Context, orders: &mut Vec<Order>) {
-        match action {
-            Action::Lines(["step"]) => self.step(orders),
-            Action::Lines(lines) => {
-                let body = self.status.start.as_ref().map_or(self.guide.body, |start| start.body);
-                orders.extend(lines.iter().map(|line| Order::sized(line, body)));
-            }
-            Action::PauseOrGo => self.pause_or_go(orders),
-            Action::Faster => self.set_speed(speed::faster(self.speed()), orders),
-            Action::Slower => self.set_speed(speed::slower(self.speed()), orders),
-            Action::StartAgain => self.start_again(orders),
-            Action::Follow => {
-                let mode = &mut self.layout.view.mode;
-                *mode = if *mode == Mode::Follow { Mode::Orbit } else { Mode::Follow };
-            }
-            Action::Help => self.help = !self.help,
-            Action::Plots => self.layout.plots_shown = !self.layout.plots_shown,
-            Action::Console => {
-                self.layout.console = !self.layout.console;
-                if self.layout.console {
-                    self.drawer.focus();
-                }
-            }
-            Action::Open => self.files.choose(),
-            Action::SaveSet => {
-                self.layout.left = Left::Knobs;
-                self.knobs.save_set();
-            }
-            Action::Picture => {
-                let (place, sender) = (self.folder(), self.notices.sender());
-                picture::take(context, place, move |said| sender.tell(said));
-            }
-            Action::Film => match self.film {
-                Some(_) => self.end_film(),
-                None => match Film::begin(&self.folder(), self.layout.film) {
-                    Ok(film) => self.film = Some(film),
-                    Err(why) => self.notices.warn(&why),
-                },
-            },
-        }
-    }
-
-    /// Passes on what steers the session. While a recording hides it, it is only stopped, or begun anew and shown.
-    fn steer(&mut self, steering: Vec<Order>, orders: &mut Vec<Order>) {
-        for order in steering {
-            let is_start = matches!(order, Order::Start(_));
-            let is_safe = matches!(&order, Order::Line(line) if line == "stop" || line == "disarm");
-            if self.recording.is_some() && is_start {
-                self.back_to_live();
-            }
-            if self.recording.is_none() || is_safe {
-                orders.push(order);
-            } else {
-                self.notices.warn("A recording is shown: go back to live first.");
-            }
-        }
-    }
-
-    fn speed(&self) -> f64 {
-        self.recording.as_ref().map_or(self.status.speed, |playback| playback.speed)
-    }
-
-    fn set_speed(&mut self, speed: f64, orders: &mut Vec<Order>) {
-        match &mut self.recording {
-            // Nothing is to be computed: there is no such thing as "as fast as it goes".
-            Some(playback) => playback.speed = if speed.is_finite() { speed } else { playback.speed },
-            None if speed.is_finite() => orders.push(Order::Line(format!("speed {speed}"))),
-            None => orders.push(Order::Line("speed max".to_owned())),
-        }
-    }
-
-    fn is_going(&self) -> bool {
-        match &self.recording {
-            Some(playback) => playback.playing,
-            None => self.status.link.is_up() && self.status.pace != Pace::Paused,
-        }
-    }
-
-    fn pause_or_go(&mut self, orders: &mut Vec<Order>) {
-        match &mut self.recording {
-            Some(playback) => playback.toggle(),
-            None => {
-                self.live.cursor = None;
-                let line = if self.status.pace == Pace::Paused { "go" } else { "pause" };
-                orders.push(Order::Line(line.to_owned()));
-            }
-        }
-    }
-
-    fn step(&mut self, orders: &mut Vec<Order>) {
-        match &mut self.recording {
-            Some(playback) => playback.step(1),
-            None => orders.push(Order::Line("step".to_owned())),
-        }
-    }
-
-    /// Shows the parameters.
-    fn knobs(&mut self, ui: &mut Ui, orders: &mut Vec<Order>) {
-        let Some((held, knobs)) = self.held() else {
-            ui.weak("The parameters are shown as soon as the robot has told them.");
-            return;
-        };
-        knobs::show(ui, knobs, &held.of(), orders);
-    }
-
-    fn start_again(&mut self, orders: &mut Vec<Order>) {
-        let again = self.held().and_then(|(held, knobs)| knobs.start_again(&held.of()));
-        orders.extend(again.map(Order::Start));
-    }
-
-    /// What the knobs are to show, and they themselves.
-    fn held(&mut self) -> Option<(Holding<'_>, &mut Knobs)> {
-        let start = self.status.start.as_ref()?;
-        let (values, live, enabled) = match &self.recording {
-            Some(playback) => (&playback.recording.values, playback.show.frame(), false),
-            None => (self.status.values.as_ref()?, self.live.history.frame_at(None), self.status.link.is_up()),
-        };
-        let robot_only = self.session.is_robot() && self.recording.is_none();
-        Some((Holding { values, preset: layout::preset(start), live, start, robot_only, enabled }, &mut self.knobs))
-    }
-
-    fn left(&mut self, ui: &mut Ui, orders: &mut Vec<Order>) {
-        ui.horizontal(|ui| {
-            for left in [Left::Guide, Left::Knobs] {
-                ui.selectable_value(&mut self.layout.left, left, left.name());
-            }
-        });
-        ui.separator();
-        match self.layout.left {
-            Left::Guide => {
-                self.guide.stage = match (&self.recording, self.session.is_robot()) {
-                    (Some(_), _) => Stage::Idle,
-                    (None, true) => Stage::Robot,
-                    (None, false) if matches!(self.status.link, LinkState::Over(_)) => Stage::Idle,
-                    (None, false) => Stage::Simulation,
-                };
-                if let Some(start) = &self.status.start {
-                    guide::show(ui, &mut self.guide, start, orders);
-                }
-            }
-            Left::Knobs => self.knobs(ui, orders),
-        }
-    }
-
-    fn right(&mut self, ui: &mut Ui) {
-        let frame = self.show().frame();
-        // In a low window, too, there is room for plots.
-        let half = 0.5 * ui.available_height();
-        egui::CollapsingHeader::new("Matrices").default_open(true).show(ui, |ui| {
-            let area = egui::ScrollArea::vertical().id_salt("matrices").max_height(half);
-            area.show(ui, |ui| matrix::show(ui, frame.as_ref()));
-        });
-        let show = self.recording.as_ref().map_or(&self.live, |playback| &playback.show);
-        let output = plots::show(ui, &mut self.layout.plots, &show.history, show.cursor);
-        if output.live && self.recording.is_none() {
-            self.live.cursor = None;
-        }
-        if let Some(t) = output.scrub {
-            self.show_mut().look_at(t);
-            if let Some(playback) = &mut self.recording {
-                playback.playing = false;
-            }
-        }
-    }
-}
-
-/// What the knobs are to show.
-struct Holding<'a> {
-    values: &'a Values<f64>,
-    preset: Values<f64>,
-    live: Option<Frame>,
-    start: &'a Start,
-    robot_only: bool,
-    enabled: bool,
-}
-
-impl Holding<'_> {
-    fn of(&self) -> Held<'_> {
-        Held {
-            values: self.values,
-            preset: &self.preset,
-            live: self.live.as_ref(),
-            running: Some(self.start),
-            robot_only: self.robot_only,
-            enabled: self.enabled,
-        }
-    }
-}
-
-/// The measures of a barrel with these parameters.
-fn shape(start: &Start, values: &Values<f64>) -> Shape {
-    Shape::from(&layout::setup(start, values).plant_body())
-}
-
-impl App {
     /// Shows the window, and does what was done to it.
     pub fn show_window(&mut self, ui: &mut Ui) {
         let context = ui.ctx().clone();
@@ -559,6 +278,11 @@ impl App {
             context.request_repaint_after(std::time::Duration::from_millis(200));
         }
     }
+}
+
+/// The measures of a barrel with these parameters.
+fn shape(start: &Start, values: &Values<f64>) -> Shape {
+    Shape::from(&layout::setup(start, values).plant_body())
 }
 
 impl eframe::App for App {

@@ -31,7 +31,7 @@ pub struct Drawer {
 
 impl Drawer {
     /// An empty drawer. `history` is the file that keeps the lines from one window to the next, the same as that of
-    /// `barrel console` ([`barrel::commands::console::history`]); without one they are forgotten.
+    /// `barrel console` ([`barrel::console::history`]); without one they are forgotten.
     pub fn new(history: Option<PathBuf>) -> Self {
         Drawer {
             transcript: Transcript::default(),

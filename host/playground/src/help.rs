@@ -35,7 +35,7 @@ pub fn show(ctx: &Context, open: &mut bool) {
         .show(ctx, |ui| {
             let height = screen.height() - 90.0;
             ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
-                if screen.width() < 720.0 {
+                if screen.width() < 900.0 {
                     ui.vertical(|ui| contents(ui, &Group::ALL));
                     mouse(ui);
                 } else {
@@ -58,7 +58,8 @@ fn contents(ui: &mut Ui, groups: &[Group]) {
     for &group in groups {
         table(ui, group.name(), KEYS.iter().filter(|row| row.group == group).map(|row| (row.keys, row.what)));
     }
-    let words = "While something is typed into a field, only Esc and the keys with Ctrl act.";
+    let words = "While something is typed into a field, only the keys with Ctrl act. In a simulation Esc closes a \
+                 dialog or leaves a field first; a real robot it stops always.";
     if groups.contains(&Group::Window) {
         ui.label(RichText::new(words).weak());
         ui.add_space(10.0);

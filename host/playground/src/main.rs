@@ -18,7 +18,7 @@ struct Cli {
 
 fn main() -> ExitCode {
     let args = Cli::parse().play;
-    if let Err(failure) = args.setup.setup() {
+    if let Err(failure) = args.check() {
         eprintln!("barrel-play: {failure}");
         return failure.exit_code();
     }

@@ -13,8 +13,8 @@ const PROGRAM: &str = "barrel-play";
 /// # Errors
 /// A playground that was not built, or that ended with an error of its own.
 pub fn play(args: &PlayArgs) -> Result<(), Failure> {
-    // What is wrong with the setup is said here: a window is not needed for that.
-    args.setup.setup()?;
+    // A window is not needed for that.
+    args.check()?;
     let program = beside().ok_or_else(|| {
         Failure::bad(format!(
             "the playground, {PROGRAM}, is not beside this `barrel`: in the project's folder, `cargo play` builds and starts it, \
