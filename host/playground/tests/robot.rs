@@ -129,3 +129,16 @@ fn a_robot_of_another_version_is_refused() {
     window.step();
     assert!(window.query_by_label_contains("update the older of the two").is_some());
 }
+
+#[test]
+fn a_board_on_the_line_is_put_into_the_simulated_barrel_and_left_as_it_should_be_found() {
+    let port = bench::folder().join("simulated");
+    let robot = Plugged::new(&port, BenchRobot::new(false));
+    let mut window = open(&["--link", &format!("serial:{}", port.display()), "--simulate", "--body", "tabletop"]);
+    until(&mut window, "it runs", |window| window.state().history().len() > 10 && state(window).is_some());
+    assert_eq!(state(&window), Some(SafetyState::Armed));
+    let knows = |channel| window.state().history().knows(channel);
+    assert!(knows(playground::channel::Id::Px), "the barrel is simulated");
+    drop(window);
+    assert!(robot.unplug().is_left_in_order(), "disarmed, with its own sensors");
+}

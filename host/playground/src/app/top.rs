@@ -166,20 +166,15 @@ impl App {
         if big(ui, "Disarm", GREY, is_up && state != Some(SafetyState::Disarmed), "Holds the outputs at zero (D)") {
             line("disarm");
         }
-        let needs_home = self.session.is_robot() && self.status.vitals.is_some_and(|vitals| !vitals.homed);
-        if needs_home {
+        let may_move = is_up && state == Some(SafetyState::Disarmed);
+        if big(ui, "Arm", GREEN, may_move, "Lets the brain move the weights (Shift+A)") {
+            line("arm");
+        }
+        if self.session.is_robot() && self.status.vitals.is_some_and(|vitals| !vitals.homed) {
             let help = "Finds the middle of both axes, from stop to stop: before that the robot is not armed";
-            if big(ui, "Home", AMBER, is_up && state == Some(SafetyState::Disarmed), help) {
+            if big(ui, "Home", AMBER, may_move, help) {
                 line("home");
             }
-        } else if big(
-            ui,
-            "Arm",
-            GREEN,
-            is_up && state == Some(SafetyState::Disarmed),
-            "Lets the brain move the weights (Shift+A)",
-        ) {
-            line("arm");
         }
         let (word, colour) = match state {
             Some(SafetyState::Armed) if self.status.homing => ("Homing", AMBER),
