@@ -7,6 +7,7 @@ use eframe::{NativeOptions, Renderer};
 use playground::app::App;
 use playground::theme::Desktop;
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 
 /// Opens the playground: a window on a simulated barrel or a robot, to see it, push it and turn its knobs.
 #[derive(Parser)]
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
             return failure.exit_code();
         }
     };
+    let was_interrupted = interrupted.clone();
     let typed = barrel::console::history();
     let open: eframe::AppCreator<'_> = Box::new(move |context| {
         let app = App::new(&args, typed, context.storage, &context.egui_ctx).until(interrupted);
@@ -47,6 +49,8 @@ fn main() -> ExitCode {
     });
     let opened = eframe::run_native("barrel-play", options, open);
     match opened {
+        // As every command of `barrel` ends after Ctrl-C.
+        Ok(()) if was_interrupted.load(Ordering::Relaxed) => ExitCode::from(130),
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!(
