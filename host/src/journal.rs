@@ -218,6 +218,11 @@ impl Journal {
         self.clock.now()
     }
 
+    /// Time of the last control step heard, s.
+    pub fn time(&self) -> f64 {
+        time(self.clock.step)
+    }
+
     /// Control steps heard.
     pub fn steps(&self) -> u64 {
         self.steps

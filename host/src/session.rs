@@ -21,6 +21,6 @@ pub trait Audience {
         self.say(text);
     }
 
-    /// Hears what a robot on a line says by itself; it is `t`, s.
+    /// Hears what a robot on a line says by itself; `t` is the time of its last control step, s.
     fn heard(&mut self, _t: f64, _message: &RobotMessage) {}
 }

@@ -107,9 +107,7 @@ impl App {
         let layout = storage.and_then(Layout::load).unwrap_or_default();
         let wake = context.clone();
         let session = Session::begin(args, move || wake.request_repaint());
-        let setup = &args.setup;
-        let start =
-            Start { experiment: setup.experiment, body: setup.body.into(), seed: setup.seed, sets: setup.sets.clone() };
+        let start = Start::from(&args.setup);
         let mut app = App {
             session,
             status: Status::default(),

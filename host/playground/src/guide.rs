@@ -40,8 +40,8 @@ impl Guide {
         Guide { chosen: running.experiment, body: running.body, seed: running.seed, stage: Stage::default() }
     }
 
-    /// An experiment's start, with what differs from its preset.
-    fn start(&self, experiment: &'static Experiment, sets: Vec<(Id, f64)>) -> Order {
+    /// An experiment's start on the barrel and with the seed that are chosen, with what differs from its preset.
+    pub fn start(&self, experiment: &'static Experiment, sets: Vec<(Id, f64)>) -> Order {
         Order::Start(Start { experiment, body: self.body, seed: self.seed, sets })
     }
 

@@ -39,14 +39,14 @@ struct InHand {
 const ECHO: f64 = 0.5;
 
 /// What there is to show.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Held<'a> {
     /// As they were last set, by whoever: of what is learned not as it is now, but as it was last set.
     pub values: &'a Values<f64>,
     /// As the experiment's preset has them on this body.
-    pub preset: &'a Values<f64>,
+    pub preset: Values<f64>,
     /// The newest frame, for what is learned.
-    pub live: Option<&'a Frame>,
+    pub live: Option<Frame>,
     /// What the session was started with; without it nothing can start again.
     pub running: Option<&'a Start>,
     /// There is a robot and no simulated body: no parameters of the plant, and no next start.
@@ -58,7 +58,7 @@ pub struct Held<'a> {
 impl Held<'_> {
     /// A parameter as it is now: what is learned from the newest frame, the rest as it was set.
     fn now(&self, id: Id) -> f64 {
-        self.live.and_then(|frame| live(frame, id)).unwrap_or_else(|| self.values.get(id))
+        self.live.as_ref().and_then(|frame| live(frame, id)).unwrap_or_else(|| self.values.get(id))
     }
 
     /// Whether a person has set it to something else than the preset has.

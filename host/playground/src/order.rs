@@ -1,5 +1,6 @@
 //! What the window asks of the session behind it.
 
+use barrel::cli::SetupArgs;
 use barrel::console::{Action, Command, parse};
 use hil_sim::experiment::Experiment;
 use hil_sim::plant::Load;
@@ -30,6 +31,13 @@ pub struct Start {
     pub seed: u64,
     /// What differs from the experiment's preset.
     pub sets: Vec<(Id, f64)>,
+}
+
+impl From<&SetupArgs> for Start {
+    /// What the command line asks for.
+    fn from(args: &SetupArgs) -> Self {
+        Start { experiment: args.experiment, body: args.body.into(), seed: args.seed, sets: args.sets.clone() }
+    }
 }
 
 /// How much weaker the same push is on the tabletop than on the chapter's barrel, so that it changes the rolling by as much, in

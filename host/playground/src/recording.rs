@@ -2,7 +2,7 @@
 
 use crate::channel::{Frame, Id as Channel};
 use crate::history::History;
-use barrel::csv::{self, Table};
+use barrel::csv;
 use barrel::failure::Failure;
 use barrel::log::{self, Entry, Event, LogError, Reader};
 use hil_sim::link::Direction;
@@ -79,8 +79,13 @@ fn read_csv(path: &Path) -> Result<Recording, LogError> {
         table.column(Channel::X1.channel().name)?;
     }
     let mut history = History::new(usize::MAX);
-    for row in 0..table.rows() {
-        history.push(&frame_of(&table, row));
+    let columns: Vec<(Channel, &[f64])> =
+        Channel::ALL.iter().filter_map(|&id| Some((id, table.get(id.channel().name)?))).collect();
+    for (row, t) in table.time().into_iter().enumerate() {
+        let mut frame = Frame::at(t);
+        columns.iter().for_each(|(id, numbers)| frame.set(*id, numbers[row] as f32));
+        frame.derive();
+        history.push(&frame);
     }
     let (rows, left_out) = (table.rows(), table.rows() - history.len());
     let problem = (left_out > 0)
@@ -94,18 +99,6 @@ fn read_csv(path: &Path) -> Result<Recording, LogError> {
         title: path.display().to_string(),
         problem,
     })
-}
-
-fn frame_of(table: &Table, row: usize) -> Frame {
-    let number = |name: &str| table.get(name).and_then(|column| column.get(row).copied());
-    let mut frame = Frame::at(number("t").unwrap_or(row as f64 / 50.0));
-    for &id in Channel::ALL {
-        if let Some(value) = number(id.channel().name) {
-            frame.set(id, value as f32);
-        }
-    }
-    frame.derive();
-    frame
 }
 
 fn read_log(path: &Path) -> Result<Recording, LogError> {

@@ -24,7 +24,8 @@ struct Window {
 impl Window {
     fn held(&self) -> Held<'_> {
         let Window { values, preset, live, running, robot_only, .. } = self;
-        Held { values, preset, live: live.as_ref(), running: Some(running), robot_only: *robot_only, enabled: true }
+        let (preset, live) = (preset.clone(), *live);
+        Held { values, preset, live, running: Some(running), robot_only: *robot_only, enabled: true }
     }
 }
 

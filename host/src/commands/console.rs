@@ -95,8 +95,8 @@ fn go_on<L: Coupling>(
         if barrel.is_idle() && !listening && !end.is_finite() {
             break;
         }
-        if let Some(step) = barrel.step_if_due(console)? {
-            measures.add(&step.record);
+        if barrel.is_due() {
+            measures.add(&barrel.step(console)?.record);
         }
     }
     Ok(())

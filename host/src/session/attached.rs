@@ -176,7 +176,7 @@ impl<T: Transport> Attached<T> {
                 None => {}
             }
         }
-        audience.heard(self.journal.now(), message);
+        audience.heard(self.journal.time(), message);
         Ok(())
     }
 

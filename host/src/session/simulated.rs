@@ -120,19 +120,20 @@ impl<L: Coupling> Simulated<L> {
         }
     }
 
-    /// Takes a control step if it is due.
-    ///
-    /// # Errors
-    /// Those of [`Recorded::step`].
-    pub fn step_if_due(&mut self, audience: &mut dyn Audience) -> Result<Option<Step>, Failure> {
-        let is_due = match self.pace {
+    /// Whether a control step is due.
+    pub fn is_due(&self) -> bool {
+        match self.pace {
             Pace::Going => self.ahead() <= 0.0,
             Pace::Paused => false,
             Pace::Steps(_) => true,
-        };
-        if !is_due {
-            return Ok(None);
         }
+    }
+
+    /// Takes a control step.
+    ///
+    /// # Errors
+    /// Those of [`Recorded::step`].
+    pub fn step(&mut self, audience: &mut dyn Audience) -> Result<Step, Failure> {
         let step = self.recorded.step()?;
         self.steps += 1;
         if let Some(state) = step.state {
@@ -142,7 +143,7 @@ impl<L: Coupling> Simulated<L> {
         if let Pace::Steps(n) = self.pace {
             self.pace = if n > 1 { Pace::Steps(n - 1) } else { Pace::Paused };
         }
-        Ok(Some(step))
+        Ok(step)
     }
 
     /// Takes a line: carries it out, or lets it wait until the robot has come to the end of what it was set to. What a person

@@ -57,9 +57,7 @@ impl Files {
                 let wanted = self.path.to_lowercase();
                 for path in &self.offered {
                     let name = path.display().to_string();
-                    if (name.to_lowercase().contains(&wanted) || path.exists() && name == self.path)
-                        && ui.selectable_label(false, &name).clicked()
-                    {
+                    if name.to_lowercase().contains(&wanted) && ui.selectable_label(false, &name).clicked() {
                         chosen = Some(path.clone());
                     }
                 }

@@ -2,15 +2,13 @@
 
 use super::App;
 use super::layout::{self, Left};
-use crate::channel::Frame;
 use crate::guide::{self, Stage};
 use crate::knobs::{self, Held, Knobs};
-use crate::order::{Order, Start};
+use crate::order::Order;
 use crate::session::LinkState;
 use crate::{matrix, plots};
 use eframe::egui;
 use egui::Ui;
-use protocol::Values;
 
 impl App {
     /// Shows the parameters.
@@ -19,24 +17,25 @@ impl App {
             ui.weak("The parameters are shown as soon as the robot has told them.");
             return;
         };
-        knobs::show(ui, knobs, &held.of(), orders);
+        knobs::show(ui, knobs, &held, orders);
     }
 
     /// Begins the session anew with what was set by hand.
     pub(super) fn start_again(&mut self, orders: &mut Vec<Order>) {
-        let again = self.held().and_then(|(held, knobs)| knobs.start_again(&held.of()));
+        let again = self.held().and_then(|(held, knobs)| knobs.start_again(&held));
         orders.extend(again.map(Order::Start));
     }
 
     /// What the knobs are to show, and they themselves.
-    fn held(&mut self) -> Option<(Holding<'_>, &mut Knobs)> {
+    fn held(&mut self) -> Option<(Held<'_>, &mut Knobs)> {
         let start = self.status.start.as_ref()?;
         let (values, live, enabled) = match &self.recording {
             Some(playback) => (&playback.recording.values, playback.show.frame(), false),
             None => (self.status.values.as_ref()?, self.live.history.frame_at(None), self.status.link.is_up()),
         };
         let robot_only = self.session.is_robot() && self.recording.is_none();
-        Some((Holding { values, preset: layout::preset(start), live, start, robot_only, enabled }, &mut self.knobs))
+        let held = Held { values, preset: layout::preset(start), live, running: Some(start), robot_only, enabled };
+        Some((held, &mut self.knobs))
     }
 
     /// Experiments or parameters.
@@ -78,33 +77,7 @@ impl App {
             self.live.cursor = None;
         }
         if let Some(t) = output.scrub {
-            self.show_mut().look_at(t);
-            if let Some(playback) = &mut self.recording {
-                playback.playing = false;
-            }
-        }
-    }
-}
-
-/// What the knobs are to show.
-struct Holding<'a> {
-    values: &'a Values<f64>,
-    preset: Values<f64>,
-    live: Option<Frame>,
-    start: &'a Start,
-    robot_only: bool,
-    enabled: bool,
-}
-
-impl Holding<'_> {
-    fn of(&self) -> Held<'_> {
-        Held {
-            values: self.values,
-            preset: &self.preset,
-            live: self.live.as_ref(),
-            running: Some(self.start),
-            robot_only: self.robot_only,
-            enabled: self.enabled,
+            self.scrub(t);
         }
     }
 }

@@ -153,6 +153,14 @@ impl App {
         self.hand = output.load.is_some();
     }
 
+    /// Looks at an instant that was chosen, s; a recording stops there.
+    pub(super) fn scrub(&mut self, t: f64) {
+        self.show_mut().look_at(t);
+        if let Some(playback) = &mut self.recording {
+            playback.playing = false;
+        }
+    }
+
     /// Pause, single step, speed; which instant is looked at, and a slider to choose another.
     pub(super) fn timeline(&mut self, ui: &mut Ui, orders: &mut Vec<Order>) {
         ui.horizontal(|ui| {
@@ -180,10 +188,7 @@ impl App {
                 keys::leave_space(ui.ctx());
             }
             if slider.changed() && (t - shown).abs() > 0.5 * STEP {
-                self.show_mut().look_at(t);
-                if let Some(playback) = &mut self.recording {
-                    playback.playing = false;
-                }
+                self.scrub(t);
             }
             if is_live {
                 let is_newest = self.live.cursor.is_none();

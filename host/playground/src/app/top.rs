@@ -3,7 +3,7 @@
 use super::App;
 use crate::film::Kind;
 use crate::keys::Action;
-use crate::order::{Order, Start};
+use crate::order::Order;
 use crate::session::LinkState;
 use eframe::egui;
 use egui::{Align, Button, Color32, Label, Layout, RichText, ThemePreference, Ui, Vec2};
@@ -56,12 +56,7 @@ impl App {
                 let is_running = self.status.start.as_ref().is_some_and(|start| start.experiment == experiment);
                 let label = format!("{} ({})", experiment.name, experiment.section);
                 if ui.selectable_label(is_running, label).on_hover_text(experiment.summary).clicked() {
-                    orders.push(Order::Start(Start {
-                        experiment,
-                        body: self.guide.body,
-                        seed: self.guide.seed,
-                        sets: Vec::new(),
-                    }));
+                    orders.push(self.guide.start(experiment, Vec::new()));
                     ui.close();
                 }
             }

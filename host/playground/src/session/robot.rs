@@ -29,7 +29,8 @@ const SILENT: Duration = Duration::from_secs(1);
 
 /// Watches the robot on this port until the window is gone.
 pub(super) fn watch(args: &SetupArgs, address: &Address, mut port: Port) {
-    let start = Start { experiment: args.experiment, body: BodyKind::Tabletop, seed: args.seed, sets: Vec::new() };
+    // It is a body that one can build, whatever was asked for, and its parameters are its own.
+    let start = Start { body: BodyKind::Tabletop, sets: Vec::new(), ..Start::from(args) };
     port.publish(|status| {
         status.start = Some(start);
         status.link = LinkState::Connecting(format!("looking for the robot on {address}"));
@@ -318,8 +319,6 @@ fn glance(robot: &mut Attached<Serial>) -> Result<(), LinkError> {
 pub(super) fn heard(port: &mut Port, t: f64, message: &RobotMessage) {
     match message {
         RobotMessage::Telemetry(telemetry) => {
-            // The log's time is on the grid of control steps.
-            let t = (t * 50.0).floor() / 50.0;
             let mut frame = Frame::at(t);
             frame.set_brain(&BrainRecord::from_telemetry(telemetry, t));
             let (range, vitals) = {

@@ -30,8 +30,7 @@ const LAGS: f64 = 0.9;
 pub(super) fn play(setup: SetupArgs, mut port: Port) {
     let mut args = setup;
     loop {
-        let begun =
-            Start { experiment: args.experiment, body: args.body.into(), seed: args.seed, sets: args.sets.clone() };
+        let begun = Start::from(&args);
         let what = match &args.link {
             barrel::cli::Link::VirtualBoard => "the virtual board: its image is found or built, and started",
             barrel::cli::Link::Serial(_) => "asking the board",
@@ -183,11 +182,10 @@ fn go_on<L: Coupling>(
         }
         let until = Instant::now() + SLICE;
         let mut vitals = None;
-        while Instant::now() < until {
-            let before = frame(&barrel.recorded().run);
-            let Some(Step { record, .. }) = barrel.step_if_due(port)? else { break };
+        while barrel.is_due() && Instant::now() < until {
+            let mut frame = frame(&barrel.recorded().run);
+            let Step { record, .. } = barrel.step(port)?;
             let run = &barrel.recorded().run;
-            let mut frame = before;
             frame.t = record.brain.t;
             frame.set_brain(&record.brain);
             frame.set_plant(&record.plant);
