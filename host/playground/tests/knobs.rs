@@ -112,11 +112,14 @@ fn every_slider_turned_by_the_arrows_stays_within_its_bounds() {
         window.run();
         window.get_by_role_and_label(Role::Slider, id.name()).focus();
         window.run();
+        let mut pending = Vec::new();
         for key in [Key::ArrowRight, Key::ArrowLeft, Key::ArrowLeft] {
             window.key_press(key);
             window.run();
+            // What one arrow has taken away from where it was, the next may bring back.
+            pending.extend(window.state().knobs.pending.clone());
         }
-        let pending = std::mem::take(&mut window.state_mut().knobs.pending);
+        window.state_mut().knobs.pending.clear();
         let set = orders(&mut window).into_iter().map(|order| match order {
             Order::Set(id, value) => (id, value),
             other => panic!("{other:?}"),
@@ -313,4 +316,21 @@ fn a_set_that_cannot_be_read_is_told_in_the_dialog_and_changes_nothing() {
     name_file(&mut window, "Load set…", "/no/such.set", "Load");
     assert_eq!(orders(&mut window), []);
     assert!(window.query_by_label_contains("/no/such.set").is_some());
+}
+
+#[test]
+fn a_knob_that_waits_for_the_next_start_follows_the_mouse_to_the_end_of_the_drag() {
+    let mut window = window("phi0");
+    let at = window.get_by_role_and_label(Role::Slider, "phi0").rect().center();
+    window.drag_at(at);
+    window.run();
+    let mut chosen = Vec::new();
+    for step in 1..4 {
+        // The first change brings a line above the knobs: it is still this one that is held.
+        window.hover_at(at + eframe::egui::vec2(12.0 * step as f32, 0.0));
+        window.run();
+        chosen.push(window.state().knobs.pending.first().map(|(_, value)| *value));
+    }
+    window.drop_at(at + eframe::egui::vec2(36.0, 0.0));
+    assert!(chosen.is_sorted() && chosen[0].is_some() && chosen[0] < chosen[2], "{chosen:?}");
 }

@@ -5,7 +5,7 @@
 mod bench;
 
 use bench::line::Plugged;
-use bench::{BenchRobot, Window, Wishes, frames, open, until};
+use bench::{BenchRobot, Paced, Window, Wishes, frames, open, until};
 use eframe::egui::Key;
 use egui_kittest::kittest::Queryable;
 use playground::session::LinkState;
@@ -141,4 +141,20 @@ fn a_board_on_the_line_is_put_into_the_simulated_barrel_and_left_as_it_should_be
     assert!(knows(playground::channel::Id::Px), "the barrel is simulated");
     drop(window);
     assert!(robot.unplug().is_left_in_order(), "disarmed, with its own sensors");
+}
+
+#[test]
+fn a_menu_that_is_open_stays_open_when_the_robot_says_that_it_is_not_homed() {
+    let port = bench::folder().join("menu");
+    // At the clock's pace: it says so a second after its start.
+    let _robot = Plugged::new(&port, Paced::new(BenchRobot::new(true), BenchRobot::lived));
+    let mut window = open(&["--link", &format!("serial:{}", port.display())]);
+    until(&mut window, "there is something to show", |window| window.query_by_label("Experiment").is_some());
+    window.get_by_label("Experiment").click();
+    frames(&mut window, 3);
+    let item = "homeostatic (Experiment 2.2)";
+    assert!(window.query_by_label(item).is_some());
+    until(&mut window, "it says so", |window| window.query_by_label("Home").is_some());
+    frames(&mut window, 3);
+    assert!(window.query_by_label(item).is_some(), "the menu is still there");
 }

@@ -6,7 +6,7 @@ use crate::keys::Action;
 use crate::order::Order;
 use crate::session::LinkState;
 use eframe::egui;
-use egui::{Align, Button, Color32, Label, Layout, RichText, ThemePreference, Ui, Vec2};
+use egui::{Align, Button, Color32, Id, Label, Layout, RichText, ThemePreference, Ui, UiBuilder, Vec2};
 use hil_sim::experiment::EXPERIMENTS;
 use protocol::message::SafetyState;
 use std::path::Path;
@@ -36,7 +36,9 @@ impl App {
         let row = Vec2::new(ui.available_width(), BIG.y);
         ui.allocate_ui_with_layout(row, Layout::right_to_left(Align::Center), |ui| {
             self.safety(ui, orders);
-            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            // By a name of its own: what comes and goes beside a menu does not close it, nor take a click from it.
+            let left = UiBuilder::new().scope_id(Id::unique("menus")).layout(Layout::left_to_right(Align::Center));
+            ui.scope_builder(left, |ui| {
                 self.menus(ui, steering);
                 ui.separator();
                 self.link(ui);

@@ -4,7 +4,7 @@ use super::scale::{self, Scale};
 use super::{ECHO, Held, InHand, Knobs, kept};
 use crate::order::Order;
 use eframe::egui::{
-    self, Button, Color32, ComboBox, DragValue, FontId, Label, RichText, Sense, Slider, TextStyle, Ui, Vec2,
+    self, Button, Color32, ComboBox, DragValue, FontId, Label, RichText, Sense, Slider, TextStyle, Ui, UiBuilder, Vec2,
 };
 use protocol::Id;
 
@@ -45,7 +45,9 @@ pub(super) fn show(ui: &mut Ui, id: Id, columns: &Columns, knobs: &mut Knobs, he
     let is_pending = knobs.pending_value(id).is_some();
     let is_changed = held.is_changed(id) || is_pending;
     let shown = knobs.shown(id, held);
-    let row = ui.push_id(id.index(), |ui| {
+    // By a name of its own: what comes and goes above it while it is dragged does not take it out of the hand.
+    let named = UiBuilder::new().scope_id(egui::Id::unique(("knob", id.index())));
+    let row = ui.scope_builder(named, |ui| {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = GAP;
             mark(ui, is_changed);
