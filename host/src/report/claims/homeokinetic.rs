@@ -418,33 +418,19 @@ fn tabula_rasa(scale: Scale) -> Claim {
             "The first seconds of a controller that knows nothing, and what comes of it.",
             Figure::grid(vec![panel, omega], 2, 300.0),
         );
-        let first: Vec<[f64; 2]> = STARTS
-            .iter()
-            .zip(outcomes.chunks(count))
-            .skip(1)
-            .map(|(c, runs)| [*c, median(runs.iter().map(|run| run.number(0)))])
-            .collect();
-        let second: Vec<[f64; 2]> = STARTS
-            .iter()
-            .zip(outcomes.chunks(count))
-            .skip(1)
-            .map(|(c, runs)| [*c, median(runs.iter().map(|run| run.number(1)))])
-            .collect();
+        let over_starts = |k: usize| -> Vec<[f64; 2]> {
+            let runs = STARTS.iter().zip(outcomes.chunks(count)).skip(1);
+            runs.map(|(c, runs)| [*c, median(runs.iter().map(|run| run.number(k)))]).collect()
+        };
         finding.figure(
             "How far it is thrown does not depend on how near it started.",
             Figure::one(
                 Panel::new("", Axis::log("c at the start"), Axis::linear("|C|").within(0.0, 1.5))
-                    .points("after one step of learning", Ink::Blue, Marker::Disc, first)
-                    .points("after one second", Ink::Vermillion, Marker::Square, second),
+                    .points("after one step of learning", Ink::Blue, Marker::Disc, over_starts(0))
+                    .points("after one second", Ink::Vermillion, Marker::Square, over_starts(1)),
                 240.0,
             ),
         );
-        let activity: Vec<[f64; 2]> = STARTS
-            .iter()
-            .zip(outcomes.chunks(count))
-            .skip(1)
-            .map(|(c, runs)| [*c, median(runs.iter().map(|run| run.number(5)))])
-            .collect();
         finding.figure(
             "Activity of the first two seconds (root mean square of the motor values) against the distance from C = 0, where it is 0.",
             Figure::one(
@@ -452,7 +438,7 @@ fn tabula_rasa(scale: Scale) -> Claim {
                     "",
                     Ink::Blue,
                     Marker::Disc,
-                    activity,
+                    over_starts(5),
                 ),
                 200.0,
             ),
